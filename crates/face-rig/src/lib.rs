@@ -1,0 +1,1 @@
+//! Muscle-driven faces: quasistatic expressions, exact rig derivatives and fitting to landmarks

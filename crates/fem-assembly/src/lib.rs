@@ -1,0 +1,1 @@
+//! Simplex meshes, nodal forces, sparse Hessians, constraints and penalties for quasistatic finite elements

@@ -1,0 +1,1 @@
+//! Deformation gradients, signed decompositions, strains and invariants with exact derivatives, in 2D and 3D

@@ -1,0 +1,1 @@
+//! Newton, preconditioned conjugate gradients, sparse Cholesky and Gauss-Newton on slices; knows no mesh

@@ -1,0 +1,2 @@
+//! Conformance, benchmarks and stress tests of the workspace.
+fn main() {}
