@@ -1,1 +1,9 @@
-//! Constitutive models for simplex finite elements: energy, first Piola-Kirchhoff stress and its derivative
+//! Constitutive models for simplex finite elements: energy ψ, first Piola-Kirchhoff stress P and
+//! its derivative dP/dF.
+#![allow(non_snake_case)]
+
+mod material;
+pub mod models;
+
+pub use material::Material;
+pub use models::NeoHookean;

@@ -1,0 +1,5 @@
+//! One file per constitutive model.
+
+mod neo_hookean;
+
+pub use neo_hookean::NeoHookean;
