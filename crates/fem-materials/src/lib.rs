@@ -2,6 +2,8 @@
 //! its derivative dP/dF.
 #![allow(non_snake_case)]
 
+#[cfg(feature = "conformance")]
+pub mod conformance;
 mod material;
 pub mod models;
 

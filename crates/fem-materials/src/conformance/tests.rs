@@ -1,0 +1,135 @@
+//! The suite itself: it passes what is right and names what is wrong.
+
+use super::*;
+use crate::NeoHookean;
+use fem_kinematics::{Mat, Real, Tensor4};
+
+const MATERIAL: NeoHookean = NeoHookean {
+    mu: 1.0,
+    lambda: 1.5,
+};
+const CLAIMS: &[Claim] = &[
+    Claim::Objective,
+    Claim::Isotropic,
+    Claim::StressFreeRest,
+    Claim::PositiveDeterminant,
+];
+
+/// Neo-Hookean with one mistake.
+#[derive(Clone, Copy)]
+enum Planted {
+    /// The sign of the volumetric part of dP: still symmetric.
+    Differential,
+    /// A stress that is not the gradient of the energy.
+    Stress,
+    /// A tensor that disagrees with the differential.
+    Tensor,
+    /// An energy that sees the world's axes.
+    Frame,
+    /// A finite energy for inverted elements.
+    Domain,
+}
+
+impl<const D: usize> Material<D> for Planted {
+    fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
+        let psi = MATERIAL.energy(F);
+        match self {
+            Self::Frame => psi + T::from_f64(0.01) * F[(0, 0)] * F[(0, 0)],
+            Self::Domain => T::select(psi.lt(T::from_f64(1e300)), psi, T::zero()),
+            _ => psi,
+        }
+    }
+    fn stress<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
+        let mut P = MATERIAL.stress(F);
+        match self {
+            Self::Stress => P = P.scale(T::from_f64(1.0 + 1e-9)),
+            Self::Frame => P[(0, 0)] += T::from_f64(0.02) * F[(0, 0)],
+            _ => {}
+        }
+        P
+    }
+    fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
+        let mut dP = MATERIAL.stress_differential(F, dF);
+        match self {
+            Self::Differential => {
+                let h = F.cofactor().scale(F.determinant().recip());
+                dP = dP - h.scale(T::from_f64(2.0 * MATERIAL.lambda) * h.dot(dF));
+            }
+            Self::Stress => dP = dP.scale(T::from_f64(1.0 + 1e-9)),
+            Self::Frame => dP[(0, 0)] += T::from_f64(0.02) * dF[(0, 0)],
+            _ => {}
+        }
+        dP
+    }
+    fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {
+        let mut tensor = Tensor4::from_linear_map(|dF| self.stress_differential(F, dF));
+        if matches!(self, Self::Tensor) {
+            *tensor.entry_mut(0, 1, 1, 0) += T::from_f64(1e-9);
+        }
+        tensor
+    }
+}
+
+fn failed(mistake: Planted) -> Vec<Property> {
+    let suite = Suite {
+        claims: CLAIMS,
+        rounds: 4,
+        ..Suite::default()
+    };
+    let mut failed: Vec<_> = suite
+        .check::<3, _>(&mistake)
+        .failures()
+        .map(|f| f.property)
+        .collect();
+    failed.sort();
+    failed
+}
+
+#[test]
+fn a_right_material_passes_in_both_dimensions() {
+    let suite = Suite {
+        claims: CLAIMS,
+        ..Suite::default()
+    };
+    let report = suite.check::<3, _>(&MATERIAL);
+    println!("{report}");
+    report.assert();
+    suite.check::<2, _>(&MATERIAL).assert();
+    assert_eq!(report.material, "NeoHookean");
+}
+
+#[test]
+fn each_planted_mistake_is_named() {
+    use Property::*;
+    assert_eq!(
+        failed(Planted::Differential),
+        [DifferentialIsStressDerivative, DerivativeByDifferences]
+    );
+    assert_eq!(failed(Planted::Stress), [StressIsEnergyGradient]);
+    let tensor = failed(Planted::Tensor);
+    assert!(tensor.contains(&DerivativeIsDifferential) && tensor.contains(&DerivativeIsSymmetric));
+    let frame = failed(Planted::Frame);
+    assert!(frame.contains(&Objectivity) && frame.contains(&RestIsStressFree));
+    assert!(!frame.contains(&StressIsEnergyGradient));
+    assert!(failed(Planted::Domain).contains(&InfiniteOutsideDomain));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_report() {
+    let suite = Suite {
+        seed: 11,
+        rounds: 2,
+        claims: CLAIMS,
+    };
+    let (a, b) = (
+        suite.check::<3, _>(&MATERIAL),
+        suite.check::<3, _>(&MATERIAL),
+    );
+    assert_eq!(a.to_string(), b.to_string());
+}
+
+#[test]
+#[should_panic(expected = "FAILED")]
+fn assert_panics_with_the_report() {
+    check::<3, _>(&Planted::Stress).assert();
+}
