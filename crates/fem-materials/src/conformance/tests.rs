@@ -53,7 +53,7 @@ impl<const D: usize> Material<D> for Planted {
         match self {
             Self::Differential => {
                 let h = F.cofactor().scale(F.determinant().recip());
-                dP = dP - h.scale(T::from_f64(2.0 * MATERIAL.lambda) * h.dot(dF));
+                dP -= h.scale(T::from_f64(2.0 * MATERIAL.lambda) * h.dot(dF));
             }
             Self::Stress => dP = dP.scale(T::from_f64(1.0 + 1e-9)),
             Self::Frame => dP[(0, 0)] += T::from_f64(0.02) * dF[(0, 0)],
