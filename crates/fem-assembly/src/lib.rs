@@ -1,1 +1,3 @@
 //! Simplex meshes, nodal forces, sparse Hessians, constraints and penalties for quasistatic finite elements
+
+pub mod mesh;

@@ -1,0 +1,95 @@
+//! What can be wrong with a mesh.
+
+use std::fmt;
+
+/// The first few of a list of ids, and how many there are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ids {
+    /// At most eight ids, ascending.
+    pub first: Vec<usize>,
+    /// How many there are in all.
+    pub count: usize,
+}
+
+impl Ids {
+    /// `None` where there is no id.
+    pub fn of(ids: impl IntoIterator<Item = usize>) -> Option<Self> {
+        let mut first = Vec::new();
+        let mut count = 0;
+        for id in ids {
+            if first.len() < 8 {
+                first.push(id);
+            }
+            count += 1;
+        }
+        (count > 0).then_some(Self { first, count })
+    }
+}
+
+impl fmt::Display for Ids {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of them: ", self.count)?;
+        for (k, id) in self.first.iter().enumerate() {
+            write!(f, "{}{id}", if k == 0 { "" } else { ", " })?;
+        }
+        if self.count > self.first.len() {
+            write!(f, ", …")?;
+        }
+        Ok(())
+    }
+}
+
+/// A mesh that elasticity cannot use. Every message lists the first ids and names the cure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// No element at all.
+    #[error("the mesh has no elements; give at least one simplex")]
+    Empty,
+    /// The flat list of node indices is no multiple of the nodes per element.
+    #[error(
+        "{length} node indices are no multiple of {nodes_per_element}, the nodes of one element"
+    )]
+    RaggedConnectivity {
+        /// Indices given.
+        length: usize,
+        /// D + 1.
+        nodes_per_element: usize,
+    },
+    /// More nodes than 32-bit indices can name.
+    #[error("{0} nodes are more than 32-bit indices can name")]
+    TooManyNodes(usize),
+    /// A grid with no boxes, or a size that is not positive.
+    #[error("a grid needs at least one box and a positive, finite size along every axis")]
+    EmptyGrid,
+    /// A coordinate that is NaN or infinite.
+    #[error("nodes with a NaN or infinite coordinate ({0}); repair them in the mesh file")]
+    NotFinite(Ids),
+    /// An element names a node that does not exist.
+    #[error(
+        "elements that name a node beyond the last of {nodes} ({ids}); are the indices 0-based?"
+    )]
+    IndexOutOfRange {
+        /// The elements.
+        ids: Ids,
+        /// Nodes of the mesh.
+        nodes: usize,
+    },
+    /// An element names one node twice.
+    #[error("elements that name a node twice ({0}); remove them")]
+    RepeatedNode(Ids),
+    /// An element whose volume is less than 1e-10 of its longest edge to the power D.
+    #[error("elements of zero volume ({0}); remove them or remesh there")]
+    ZeroVolume(Ids),
+    /// An element with (x₁−x₀)·((x₂−x₀)×(x₃−x₀)) < 0.
+    #[error(
+        "elements of negative volume ({0}); swap two of their nodes, or load with Orientation::Repair"
+    )]
+    NegativeVolume(Ids),
+    /// Two elements with the same nodes.
+    #[error("elements that repeat an earlier one ({0}); remove them")]
+    Duplicate(Ids),
+    /// A node that belongs to no element.
+    #[error("nodes that belong to no element ({0}); remove them, or load with Orphans::Allow")]
+    Orphan(Ids),
+}

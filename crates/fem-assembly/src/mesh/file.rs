@@ -1,0 +1,518 @@
+//! A mesh file in memory: points, cells and named data arrays.
+
+use super::error::MeshError;
+use super::simplex::SimplexMesh;
+use super::validate::{Orientation, Orphans, Repairs};
+use super::vtk;
+use std::path::{Path, PathBuf};
+
+/// VTK's cell type of a triangle and of a tetrahedron.
+const TRIANGLE: u8 = 5;
+const TETRAHEDRON: u8 = 10;
+
+/// The numbers of a data array: integers stay integers, 32-bit floats are widened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Real numbers.
+    Floats(Vec<f64>),
+    /// Whole numbers.
+    Integers(Vec<i64>),
+}
+
+/// A named array with a fixed number of components for each point or cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DataArray {
+    /// Its name in the file.
+    pub name: String,
+    /// Numbers for each point or cell.
+    pub components: usize,
+    /// All numbers, the components of one point or cell next to each other.
+    pub values: Values,
+}
+
+impl DataArray {
+    /// One real number for each point or cell.
+    pub fn scalars(name: impl Into<String>, values: &[f64]) -> Self {
+        Self::vectors(name, values.as_chunks::<1>().0)
+    }
+    /// One whole number for each point or cell.
+    pub fn integers(name: impl Into<String>, values: impl IntoIterator<Item = i64>) -> Self {
+        Self {
+            name: name.into(),
+            components: 1,
+            values: Values::Integers(values.into_iter().collect()),
+        }
+    }
+    /// N real numbers for each point or cell.
+    pub fn vectors<const N: usize>(name: impl Into<String>, values: &[[f64; N]]) -> Self {
+        Self {
+            name: name.into(),
+            components: N,
+            values: Values::Floats(values.iter().flatten().copied().collect()),
+        }
+    }
+    /// How many numbers there are in all.
+    pub fn len(&self) -> usize {
+        match &self.values {
+            Values::Floats(v) => v.len(),
+            Values::Integers(v) => v.len(),
+        }
+    }
+    /// Whether there is no number.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What a VTU or legacy VTK file holds: points, cells of any kind, and data arrays by name.
+///
+/// ```
+/// use fem_assembly::mesh::{kuhn_grid, DataArray, MeshFile};
+/// let mesh = kuhn_grid(1, 1, 1, [1.0; 3])?;
+/// let path = std::env::temp_dir().join("fem_assembly_mesh_file_example.vtu");
+/// MeshFile::from_tets(&mesh)
+///     .with_cell_data(DataArray::integers("label", [3, 1, 4, 1, 5, 9]))
+///     .write(&path)?;
+/// let back = MeshFile::read(&path)?;
+/// assert_eq!(back.cell_integers("label")?, [3, 1, 4, 1, 5, 9]);
+/// # std::fs::remove_file(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// Where it was read from, for messages; empty for a mesh made in memory.
+    pub path: PathBuf,
+    /// Point positions.
+    pub points: Vec<[f64; 3]>,
+    /// Point indices of all cells one after the other.
+    pub connectivity: Vec<u32>,
+    /// Where each cell ends in `connectivity`.
+    pub offsets: Vec<u32>,
+    /// VTK's type of each cell (5 triangle, 10 tetrahedron).
+    pub cell_types: Vec<u8>,
+    /// Arrays with a value for each point.
+    pub point_data: Vec<DataArray>,
+    /// Arrays with a value for each cell.
+    pub cell_data: Vec<DataArray>,
+}
+
+/// Why a mesh file cannot be read, used or written. Every message names the file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshFileError {
+    /// The file is missing or cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no VTU or VTK file, or is damaged.
+    #[error("{}: {reason}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// No array of that name.
+    #[error(
+        "{}: no {kind} data array \"{name}\"; the file has {}",
+        path.display(),
+        list(present)
+    )]
+    MissingArray {
+        /// The file.
+        path: PathBuf,
+        /// "point" or "cell".
+        kind: &'static str,
+        /// The name asked for.
+        name: String,
+        /// The names that are there.
+        present: Vec<String>,
+    },
+    /// An array has the wrong number of components or of values.
+    #[error(
+        "{}: {kind} data array \"{name}\" has {found} {what}, expected {expected}",
+        path.display()
+    )]
+    Shape {
+        /// The file.
+        path: PathBuf,
+        /// "point" or "cell".
+        kind: &'static str,
+        /// The array.
+        name: String,
+        /// "components" or "values".
+        what: &'static str,
+        /// What it has.
+        found: usize,
+        /// What was asked for.
+        expected: usize,
+    },
+    /// An array holds NaN, an infinity, or a fraction where whole numbers are expected.
+    #[error(
+        "{}: {kind} data array \"{name}\" at {kind} {index}: {value} is not a {wanted} number",
+        path.display()
+    )]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// "point" or "cell".
+        kind: &'static str,
+        /// The array.
+        name: String,
+        /// The first point or cell with such a value.
+        index: usize,
+        /// The value.
+        value: f64,
+        /// "finite" or "whole".
+        wanted: &'static str,
+    },
+    /// A cell of another kind than the one needed.
+    #[error(
+        "{}: cell {cell} has VTK type {found}, but only {wanted} (type {expected}) can be used; \
+         extract them first",
+        path.display()
+    )]
+    CellType {
+        /// The file.
+        path: PathBuf,
+        /// The first such cell.
+        cell: usize,
+        /// Its VTK type.
+        found: u8,
+        /// The kind needed, in words.
+        wanted: &'static str,
+        /// Its VTK type.
+        expected: u8,
+    },
+    /// The cells make no valid mesh.
+    #[error("{}: {source}", path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: MeshError,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() {
+        "none".into()
+    } else {
+        names.join(", ")
+    }
+}
+
+impl MeshFile {
+    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid; every array is returned.
+    ///
+    /// # Errors
+    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error, not left out.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshFileError> {
+        vtk::read(path.as_ref())
+    }
+    /// Writes a `.vtu` (compressed) or legacy `.vtk` (binary) file, chosen by the extension, whole
+    /// or not at all.
+    ///
+    /// # Errors
+    /// [`MeshFileError::Io`]; [`MeshFileError::Format`] for another extension;
+    /// [`MeshFileError::Shape`] and [`MeshFileError::Value`] for arrays of wrong length or with NaN.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), MeshFileError> {
+        vtk::write(self, path.as_ref())
+    }
+    /// A tetrahedral mesh without data.
+    pub fn from_tets(mesh: &SimplexMesh<3>) -> Self {
+        Self::from_cells(
+            mesh.nodes().to_vec(),
+            mesh.connectivity().to_vec(),
+            4,
+            TETRAHEDRON,
+        )
+    }
+    /// A surface of triangles without data; positions in metres.
+    pub fn from_triangles(points: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Self {
+        Self::from_cells(points, triangles.as_flattened().to_vec(), 3, TRIANGLE)
+    }
+    fn from_cells(points: Vec<[f64; 3]>, connectivity: Vec<u32>, nodes: u32, kind: u8) -> Self {
+        let cells = connectivity.len() as u32 / nodes;
+        Self {
+            path: PathBuf::new(),
+            points,
+            connectivity,
+            offsets: (1..=cells).map(|c| c * nodes).collect(),
+            cell_types: vec![kind; cells as usize],
+            point_data: Vec::new(),
+            cell_data: Vec::new(),
+        }
+    }
+    /// Adds an array with a value for each point.
+    #[must_use]
+    pub fn with_point_data(mut self, array: DataArray) -> Self {
+        self.point_data.push(array);
+        self
+    }
+    /// Adds an array with a value for each cell.
+    #[must_use]
+    pub fn with_cell_data(mut self, array: DataArray) -> Self {
+        self.cell_data.push(array);
+        self
+    }
+
+    /// The cells as a validated tetrahedral mesh.
+    ///
+    /// # Errors
+    /// [`MeshFileError::CellType`] for any other cell, [`MeshFileError::Mesh`] for a bad mesh.
+    pub fn tet_mesh(
+        &self,
+        orientation: Orientation,
+        orphans: Orphans,
+    ) -> Result<(SimplexMesh<3>, Repairs), MeshFileError> {
+        let connectivity = self.cells_of(TETRAHEDRON, "tetrahedra", 4)?;
+        SimplexMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans).map_err(
+            |source| MeshFileError::Mesh {
+                path: self.path.clone(),
+                source,
+            },
+        )
+    }
+    /// The cells as triangles, indices checked.
+    ///
+    /// # Errors
+    /// [`MeshFileError::CellType`] for any other cell, [`MeshFileError::Format`] for a bad index.
+    pub fn triangles(&self) -> Result<Vec<[u32; 3]>, MeshFileError> {
+        let connectivity = self.cells_of(TRIANGLE, "triangles", 3)?;
+        let (triangles, _) = connectivity.as_chunks::<3>();
+        let beyond = |t: &[u32; 3]| t.iter().any(|&n| n as usize >= self.points.len());
+        match triangles.iter().position(beyond) {
+            Some(t) => Err(self.format(format!(
+                "triangle {t} names a point beyond the last of {}",
+                self.points.len()
+            ))),
+            None => Ok(triangles.to_vec()),
+        }
+    }
+    fn cells_of(
+        &self,
+        expected: u8,
+        wanted: &'static str,
+        nodes: u32,
+    ) -> Result<Vec<u32>, MeshFileError> {
+        if let Some(cell) = self.cell_types.iter().position(|&t| t != expected) {
+            return Err(MeshFileError::CellType {
+                path: self.path.clone(),
+                cell,
+                found: self.cell_types[cell],
+                wanted,
+                expected,
+            });
+        }
+        let regular =
+            |(c, &end): (usize, &u32)| u64::from(end) == (c as u64 + 1) * u64::from(nodes);
+        let complete = self.connectivity.len() == self.cell_types.len() * nodes as usize;
+        if !(complete && self.offsets.iter().enumerate().all(regular)) {
+            return Err(self.format(format!("the cells do not all have {nodes} points")));
+        }
+        Ok(self.connectivity.clone())
+    }
+    fn format(&self, reason: String) -> MeshFileError {
+        MeshFileError::Format {
+            path: self.path.clone(),
+            reason,
+        }
+    }
+
+    /// N finite numbers for each point.
+    ///
+    /// # Errors
+    /// [`MeshFileError::MissingArray`] (naming those present), `Shape`, `Value`.
+    pub fn point_vectors<const N: usize>(
+        &self,
+        name: &str,
+    ) -> Result<Vec<[f64; N]>, MeshFileError> {
+        self.points_array(name)?.vectors()
+    }
+    /// One finite number for each point.
+    ///
+    /// # Errors
+    /// As [`MeshFile::point_vectors`].
+    pub fn point_scalars(&self, name: &str) -> Result<Vec<f64>, MeshFileError> {
+        Ok(self
+            .points_array(name)?
+            .vectors::<1>()?
+            .as_flattened()
+            .to_vec())
+    }
+    /// One whole number for each point.
+    ///
+    /// # Errors
+    /// As [`MeshFile::point_vectors`].
+    pub fn point_integers(&self, name: &str) -> Result<Vec<i64>, MeshFileError> {
+        self.points_array(name)?.integers()
+    }
+    /// N finite numbers for each cell.
+    ///
+    /// # Errors
+    /// As [`MeshFile::point_vectors`].
+    pub fn cell_vectors<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>, MeshFileError> {
+        self.cells_array(name)?.vectors()
+    }
+    /// One finite number for each cell.
+    ///
+    /// # Errors
+    /// As [`MeshFile::point_vectors`].
+    pub fn cell_scalars(&self, name: &str) -> Result<Vec<f64>, MeshFileError> {
+        Ok(self
+            .cells_array(name)?
+            .vectors::<1>()?
+            .as_flattened()
+            .to_vec())
+    }
+    /// One whole number for each cell.
+    ///
+    /// # Errors
+    /// As [`MeshFile::point_vectors`].
+    pub fn cell_integers(&self, name: &str) -> Result<Vec<i64>, MeshFileError> {
+        self.cells_array(name)?.integers()
+    }
+    fn points_array(&self, name: &str) -> Result<Checked<'_>, MeshFileError> {
+        Checked::find(
+            &self.path,
+            "point",
+            &self.point_data,
+            name,
+            self.points.len(),
+        )
+    }
+    fn cells_array(&self, name: &str) -> Result<Checked<'_>, MeshFileError> {
+        Checked::find(
+            &self.path,
+            "cell",
+            &self.cell_data,
+            name,
+            self.cell_types.len(),
+        )
+    }
+    /// Checks every array for its length and for finite values, as a file to be written needs.
+    pub(super) fn check_arrays(&self) -> Result<(), MeshFileError> {
+        let points = self
+            .point_data
+            .iter()
+            .map(|a| ("point", a, self.points.len()));
+        let cells = self
+            .cell_data
+            .iter()
+            .map(|a| ("cell", a, self.cell_types.len()));
+        for (kind, array, count) in points.chain(cells) {
+            let checked = Checked {
+                path: &self.path,
+                kind,
+                array,
+                count,
+            };
+            checked.shape(array.components)?;
+            checked.finite()?;
+        }
+        Ok(())
+    }
+}
+
+/// An array together with what its messages need.
+struct Checked<'a> {
+    path: &'a Path,
+    kind: &'static str,
+    array: &'a DataArray,
+    count: usize,
+}
+
+impl<'a> Checked<'a> {
+    fn find(
+        path: &'a Path,
+        kind: &'static str,
+        arrays: &'a [DataArray],
+        name: &str,
+        count: usize,
+    ) -> Result<Self, MeshFileError> {
+        let array =
+            arrays
+                .iter()
+                .find(|a| a.name == name)
+                .ok_or_else(|| MeshFileError::MissingArray {
+                    path: path.to_path_buf(),
+                    kind,
+                    name: name.to_owned(),
+                    present: arrays.iter().map(|a| a.name.clone()).collect(),
+                })?;
+        Ok(Self {
+            path,
+            kind,
+            array,
+            count,
+        })
+    }
+    fn shape(&self, components: usize) -> Result<(), MeshFileError> {
+        let wrong = |what, found, expected| MeshFileError::Shape {
+            path: self.path.to_path_buf(),
+            kind: self.kind,
+            name: self.array.name.clone(),
+            what,
+            found,
+            expected,
+        };
+        if self.array.components != components || components == 0 {
+            return Err(wrong(
+                "components",
+                self.array.components,
+                components.max(1),
+            ));
+        }
+        if self.array.len() != components * self.count {
+            return Err(wrong("values", self.array.len(), components * self.count));
+        }
+        Ok(())
+    }
+    fn value(&self, at: usize, value: f64, wanted: &'static str) -> MeshFileError {
+        MeshFileError::Value {
+            path: self.path.to_path_buf(),
+            kind: self.kind,
+            name: self.array.name.clone(),
+            index: at / self.array.components.max(1),
+            value,
+            wanted,
+        }
+    }
+    fn finite(&self) -> Result<(), MeshFileError> {
+        if let Values::Floats(v) = &self.array.values
+            && let Some(at) = v.iter().position(|x| !x.is_finite())
+        {
+            return Err(self.value(at, v[at], "finite"));
+        }
+        Ok(())
+    }
+    fn vectors<const N: usize>(&self) -> Result<Vec<[f64; N]>, MeshFileError> {
+        self.shape(N)?;
+        self.finite()?;
+        Ok(match &self.array.values {
+            Values::Floats(v) => v.as_chunks::<N>().0.to_vec(),
+            Values::Integers(v) => {
+                let floats = v.as_chunks::<N>().0.iter();
+                floats.map(|x| x.map(|i| i as f64)).collect()
+            }
+        })
+    }
+    fn integers(&self) -> Result<Vec<i64>, MeshFileError> {
+        self.shape(1)?;
+        match &self.array.values {
+            Values::Integers(v) => Ok(v.clone()),
+            Values::Floats(v) => {
+                let whole = |x: &f64| x.fract() == 0.0 && x.abs() < 9e15;
+                match v.iter().position(|x| !whole(x)) {
+                    Some(at) => Err(self.value(at, v[at], "whole")),
+                    None => Ok(v.iter().map(|&x| x as i64).collect()),
+                }
+            }
+        }
+    }
+}
