@@ -1,1 +1,4 @@
 //! Muscle-driven faces: quasistatic expressions, exact rig derivatives and fitting to landmarks
+
+pub mod export;
+pub mod pictures;
