@@ -1,13 +1,41 @@
 //! The one trait that every constitutive model implements.
 
+use crate::filter::DefinitenessFilter;
 use fem_kinematics::{Mat, Real, Tensor4};
+
+/// What a rotation of the rest shape does to a model's energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Symmetry {
+    /// Nothing: ψ(F R) = ψ(F) for every rotation R, so dP/dF is block diagonal in the frame of
+    /// the singular vectors.
+    Isotropic,
+    /// The energy depends on directions in the rest shape, such as fibres.
+    Anisotropic,
+}
+
+/// ψ, P and dP/dF at one F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation<T, const D: usize> {
+    /// ψ, joules per cubic metre of rest volume.
+    pub energy: T,
+    /// First Piola-Kirchhoff stress P, pascals.
+    pub stress: Mat<T, D>,
+    /// dP/dF, pascals, made definite as the caller asked.
+    pub derivative: Tensor4<T, D>,
+}
 
 /// A hyperelastic model in D dimensions: an energy density ψ(F) with its exact derivatives.
 ///
 /// The scalar is a parameter of the methods, so that one source serves `f64`, `f32`, SIMD lanes
 /// and dual numbers. Outside a model's domain (a neo-Hookean element with det F ≤ 0, say) the
 /// energy is +∞; the stress there is unspecified, but assembly never uses it.
+///
+/// Three methods make a material; the others have defaults, and a model overrides them where a
+/// closed form or a shared decomposition is cheaper.
 pub trait Material<const D: usize>: Copy + Send + Sync {
+    /// Whether the rest shape has preferred directions.
+    const SYMMETRY: Symmetry = Symmetry::Anisotropic;
+
     /// ψ(F), joules per cubic metre of rest volume (per square metre in 2D).
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T;
 
@@ -21,5 +49,39 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
     #[inline(always)]
     fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {
         Tensor4::from_linear_map(|dF| self.stress_differential(F, dF))
+    }
+
+    /// ∂P/∂F with its negative eigenvalues treated as `filter` says.
+    #[inline(always)]
+    fn filtered_derivative<T: Real>(
+        &self,
+        F: &Mat<T, D>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<T, D> {
+        filter.apply(&self.stress_derivative(F))
+    }
+
+    /// ψ and P together.
+    #[inline(always)]
+    fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
+        (self.energy(F), self.stress(F))
+    }
+
+    /// ψ, P and the filtered dP/dF together.
+    #[inline(always)]
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+        let (energy, stress) = self.energy_and_stress(F);
+        Evaluation {
+            energy,
+            stress,
+            derivative: self.filtered_derivative(F, filter),
+        }
+    }
+
+    /// ∂P/∂α, pascals: how the stress grows with a muscle's activation α; 0 for a model that has
+    /// none. P is affine in α.
+    #[inline(always)]
+    fn stress_by_activation<T: Real>(&self, _F: &Mat<T, D>) -> Mat<T, D> {
+        Mat::zeros()
     }
 }

@@ -1,0 +1,301 @@
+//! Muscle fibres: a family of lines in the rest shape that pull (doc 000, 4.2, 4.3.3, 4.5.2).
+//!
+//! # The tension T and its two meanings
+//! Here T is always dF₂/dλ, in pascals. Document 000 writes T for two things: in 4.3.3 and in
+//! equations 13-15 (deviatoric stretch) its T is F₂′(λ)/λ, in the form without determinant, in
+//! 4.5.2 and in equation 45 it is F₂′(λ). Exchanging them is wrong by a factor λ.
+// ERRATUM: doc 000, 4.3.3 uses one symbol for both.
+
+use crate::curves::TensionCurve;
+use crate::filter::DefinitenessFilter;
+use crate::material::Evaluation;
+use fem_kinematics::{Mat, Real, Tensor4, Vector, dot};
+
+/// Which stretch a fibre feels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stretch {
+    /// λ = |F a₀|, what PhysBAM runs. Defined for every F, and its stiffness has a closed-form
+    /// definite part; the default.
+    #[default]
+    Plain,
+    /// λ = J^(−1/3) |F a₀|, document 000 section 4.2: a pure change of volume does not stretch
+    /// it. Needs det F > 0.
+    Deviatoric,
+}
+
+/// What all fibres of a body share: the shape of the tension curve and the kind of stretch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FiberLaw<C> {
+    /// Tension as a function of the normalised stretch.
+    pub curve: C,
+    /// Which stretch.
+    pub stretch: Stretch,
+}
+
+/// One muscle in one element; with lanes, in one element per lane.
+///
+/// ψ = σ (α F_a(l) + F_p(l)) with l = λ/λ_ofl, so that the tension is
+/// dψ/dλ = σ/λ_ofl (α f_a(l) + f_p(l)). Add one term for each muscle that runs through an
+/// element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FiberTerm<T> {
+    /// a₀: direction in the rest shape, of length 1 (used as given).
+    pub direction: [T; 3],
+    /// σ_max times the muscle's share of the element, Pa.
+    pub peak: T,
+    /// Activation α, 0 to 1.
+    pub activation: T,
+    /// λ_ofl: the stretch at which the active tension peaks.
+    pub optimal_stretch: T,
+}
+
+/// The tension and its relatives at one F.
+#[derive(Clone, Copy)]
+struct Pull<T> {
+    /// ψ, Pa.
+    energy: T,
+    /// T = dψ/dλ, Pa.
+    tension: T,
+    /// T′, Pa.
+    stiffness: T,
+    /// ∂T/∂α, Pa.
+    by_activation: T,
+    /// λ.
+    lambda: T,
+    /// F a₀/|F a₀|, 0 where that is 0/0.
+    u: [T; 3],
+    /// 1/|F a₀|, huge but finite for F a₀ = 0.
+    inverse_length: T,
+    /// J^(−1/3), or 1.
+    shrink: T,
+}
+
+impl<T: Real> FiberTerm<T> {
+    /// ψ, Pa; +∞ for a deviatoric stretch of an element that is flat or inverted.
+    #[inline(always)]
+    pub fn energy<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> T {
+        self.guarded(law, F, self.pull(law, F).energy)
+    }
+
+    /// P = ∂ψ/∂F, Pa.
+    #[inline(always)]
+    pub fn stress<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> Mat<T, 3> {
+        let pull = self.pull(law, F);
+        self.gradient(law, F, &pull).scale(pull.tension)
+    }
+
+    /// ∂P/∂α, Pa: the stress of the fully active muscle less its passive part.
+    #[inline(always)]
+    pub fn stress_by_activation<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+    ) -> Mat<T, 3> {
+        let pull = self.pull(law, F);
+        self.gradient(law, F, &pull).scale(pull.by_activation)
+    }
+
+    /// dP = ∂P/∂F : dF (doc 000, eq. 45 for the plain stretch).
+    #[inline(always)]
+    pub fn stress_differential<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+        dF: &Mat<T, 3>,
+    ) -> Mat<T, 3> {
+        let pull = self.pull(law, F);
+        match law.stretch {
+            Stretch::Plain => {
+                let kernel = pull.kernel(DefinitenessFilter::None);
+                Mat::outer(kernel.mul_vec(dF.mul_vec(self.direction)), self.direction)
+            }
+            Stretch::Deviatoric => {
+                let g = self.gradient(law, F, &pull);
+                let H = F.cofactor().scale(F.determinant().recip());
+                let third = T::from_f64(1.0 / 3.0);
+                let w = dF.mul_vec(self.direction);
+                let along = dot(pull.u, w);
+                let volume = H.dot(dF);
+                let d_lambda = g.dot(dF);
+                let du: Vector<T, 3> = core::array::from_fn(|i| {
+                    (w[i] - pull.u[i] * along) * pull.inverse_length - third * volume * pull.u[i]
+                });
+                let dH = H * dF.tr_mul(&H);
+                let dg = Mat::outer(du, self.direction).scale(pull.shrink)
+                    - (H.scale(d_lambda) - dH.scale(pull.lambda)).scale(third);
+                g.scale(pull.stiffness * d_lambda) + dg.scale(pull.tension)
+            }
+        }
+    }
+
+    /// ∂P/∂F, Pa.
+    #[inline(always)]
+    pub fn stress_derivative<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+    ) -> Tensor4<T, 3> {
+        self.derivative(law, F, &self.pull(law, F), DefinitenessFilter::None)
+    }
+
+    /// ∂P/∂F with its negative eigenvalues filtered.
+    ///
+    /// For the plain stretch the eigenvalues are T′ (once, along F a₀), T/λ (twice, across it)
+    /// and 0 (six times), all times |a₀|², so filtering the two numbers is exact; this answers
+    /// the open question of document 000, 5.6. The deviatoric stretch has no such form and goes
+    /// through the 9×9 matrix.
+    #[inline(always)]
+    pub fn filtered_derivative<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<T, 3> {
+        self.derivative(law, F, &self.pull(law, F), filter)
+    }
+
+    /// The 3×3 matrix k of the plain stretch with dP = (k dF a₀) a₀ᵀ: T/λ across the fibre, T′
+    /// along it. With the area normals b of a simplex the fibre's stiffness block is
+    /// (a₀·b_m)(a₀·b_n) V k.
+    #[inline(always)]
+    pub fn plain_kernel<C: TensionCurve>(
+        &self,
+        curve: &C,
+        F: &Mat<T, 3>,
+        filter: DefinitenessFilter,
+    ) -> Mat<T, 3> {
+        let law = FiberLaw {
+            curve,
+            stretch: Stretch::Plain,
+        };
+        self.pull(&law, F).kernel(filter)
+    }
+
+    /// ψ and P together.
+    #[inline(always)]
+    pub fn energy_and_stress<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+    ) -> (T, Mat<T, 3>) {
+        let pull = self.pull(law, F);
+        let stress = self.gradient(law, F, &pull).scale(pull.tension);
+        (self.guarded(law, F, pull.energy), stress)
+    }
+
+    /// ψ, P and dP/dF together.
+    #[inline(always)]
+    pub fn evaluate<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+        filter: DefinitenessFilter,
+    ) -> Evaluation<T, 3> {
+        let pull = self.pull(law, F);
+        Evaluation {
+            energy: self.guarded(law, F, pull.energy),
+            stress: self.gradient(law, F, &pull).scale(pull.tension),
+            derivative: self.derivative(law, F, &pull, filter),
+        }
+    }
+
+    /// The normalised stretch l = λ/λ_ofl.
+    #[inline(always)]
+    pub fn normalised_stretch<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> T {
+        self.pull(law, F).lambda / self.optimal_stretch
+    }
+
+    #[inline(always)]
+    fn pull<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> Pull<T> {
+        let v = F.mul_vec(self.direction);
+        // Large enough for f32; F a0 = 0 then gives u = 0 instead of 0/0.
+        let length = dot(v, v).max(T::from_f64(1e-36)).sqrt();
+        let inverse_length = length.recip();
+        let shrink = match law.stretch {
+            Stretch::Plain => T::one(),
+            Stretch::Deviatoric => (T::from_f64(-1.0 / 3.0) * F.determinant().ln()).exp(),
+        };
+        let lambda = shrink * length;
+        let per_stretch = self.optimal_stretch.recip();
+        let l = lambda * per_stretch;
+        let (active, passive) = (law.curve.active(l), law.curve.passive(l));
+        let slope = self.peak * per_stretch;
+        Pull {
+            energy: self.peak * (self.activation * active.integral + passive.integral),
+            tension: slope * (self.activation * active.value + passive.value),
+            stiffness: slope * per_stretch * (self.activation * active.slope + passive.slope),
+            by_activation: slope * active.value,
+            lambda,
+            u: core::array::from_fn(|i| v[i] * inverse_length),
+            inverse_length,
+            shrink,
+        }
+    }
+
+    /// ∂λ/∂F.
+    #[inline(always)]
+    fn gradient<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+        pull: &Pull<T>,
+    ) -> Mat<T, 3> {
+        let along = Mat::outer(pull.u, self.direction);
+        match law.stretch {
+            Stretch::Plain => along,
+            Stretch::Deviatoric => {
+                let H = F.cofactor().scale(F.determinant().recip());
+                along.scale(pull.shrink) - H.scale(T::from_f64(1.0 / 3.0) * pull.lambda)
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn derivative<C: TensionCurve>(
+        &self,
+        law: &FiberLaw<C>,
+        F: &Mat<T, 3>,
+        pull: &Pull<T>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<T, 3> {
+        let a = self.direction;
+        match law.stretch {
+            Stretch::Plain => {
+                let kernel = pull.kernel(filter);
+                Tensor4(core::array::from_fn(|j| {
+                    core::array::from_fn(|l| kernel.scale(a[j] * a[l]))
+                }))
+            }
+            Stretch::Deviatoric => filter.apply(&Tensor4::from_linear_map(|dF| {
+                self.stress_differential(law, F, dF)
+            })),
+        }
+    }
+
+    /// +∞ outside the domain of the deviatoric stretch.
+    #[inline(always)]
+    fn guarded<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>, energy: T) -> T {
+        match law.stretch {
+            Stretch::Plain => energy,
+            Stretch::Deviatoric => T::select(
+                T::zero().lt(F.determinant()),
+                energy,
+                T::from_f64(f64::INFINITY),
+            ),
+        }
+    }
+}
+
+impl<T: Real> Pull<T> {
+    /// T/λ (I − u uᵀ) + T′ u uᵀ for the plain stretch.
+    #[inline(always)]
+    fn kernel(&self, filter: DefinitenessFilter) -> Mat<T, 3> {
+        let across = filter.eigenvalue(self.tension * self.inverse_length);
+        let along = filter.eigenvalue(self.stiffness);
+        let mut k = Mat::outer(self.u, self.u).scale(along - across);
+        for i in 0..3 {
+            k.0[i][i] += across;
+        }
+        k
+    }
+}

@@ -1,0 +1,54 @@
+//! The whole muscle of document 000, eq. 10.
+
+use super::fiber::{Fiber, PARAMETERS as FIBER, fiber_from};
+use super::{MooneyRivlin, VolumetricLog};
+use crate::fiber::Stretch;
+use crate::registry::{Entry, ModelVisitor, Parameter, ParameterError, Parameters};
+use crate::sum::Sum;
+
+/// Passive flesh: A I₁ + B I₂ + K/2 (ln J)².
+pub type Flesh = Sum<MooneyRivlin, VolumetricLog>;
+
+/// Passive flesh with one family of fibres: W = A I₁ + B I₂ + U(J) + F₂(λ, α) (eq. 10).
+pub type Muscle<C = crate::curves::BuiltinCurve> = Sum<Flesh, Fiber<C>>;
+
+impl Flesh {
+    /// A I₁ + B I₂ + K/2 (ln J)²; A, B and K in Pa.
+    pub const fn new(A: f64, B: f64, K: f64) -> Self {
+        Sum(MooneyRivlin { A, B }, VolumetricLog { K })
+    }
+}
+
+const PARAMETERS: [Parameter; 11] = [
+    Parameter::pascals("A", "6e4", "coefficient of I1"),
+    Parameter::pascals("B", "2e4", "coefficient of I2"),
+    Parameter::pascals("K", "6e4", "bulk modulus of the volume term"),
+    FIBER[0],
+    FIBER[1],
+    FIBER[2],
+    FIBER[3],
+    FIBER[4],
+    FIBER[5],
+    FIBER[6],
+    FIBER[7],
+];
+
+fn muscle_from(p: &Parameters, stretch: Stretch) -> Result<Muscle, ParameterError> {
+    let flesh = Flesh::new(p.number("A")?, p.number("B")?, p.non_negative("K")?);
+    Ok(Sum(flesh, fiber_from(p, stretch)?))
+}
+
+pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+    visitor.visit::<_, 3>(&Entry {
+        name: "muscle_dev",
+        about: "muscle of document 000, deviatoric fibre stretch",
+        parameters: &PARAMETERS,
+        from_parameters: |p| muscle_from(p, Stretch::Deviatoric),
+    });
+    visitor.visit::<_, 3>(&Entry {
+        name: "muscle_tilde",
+        about: "muscle of document 000 as PhysBAM runs it, plain fibre stretch",
+        parameters: &PARAMETERS,
+        from_parameters: |p| muscle_from(p, Stretch::Plain),
+    });
+}
