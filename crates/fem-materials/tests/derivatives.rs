@@ -1,7 +1,7 @@
 //! Every registered model: P is the derivative of ψ and dP that of P, by dual numbers.
 #![allow(non_snake_case)]
 
-use fem_kinematics::{Dual, F64x8, Mat, Real};
+use fem_kinematics::{Dual, F64x8, Mat};
 use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
 use fem_materials::{DefinitenessFilter, Material};
 
