@@ -98,9 +98,14 @@ impl<T: Real> MulAssign for Dual<T> {
 impl<T: Real> Real for Dual<T> {
     type Mask = T::Mask;
     const EPSILON: f64 = T::EPSILON;
+    const DERIVATIVES: usize = T::DERIVATIVES + 1;
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self::new(T::from_f64(value), T::zero())
+    }
+    #[inline(always)]
+    fn constant(self) -> Self {
+        Self::new(self.value.constant(), T::zero())
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -88,9 +88,14 @@ impl<S: Real, const N: usize> Neg for Lanes<S, N> {
 impl<S: Real<Mask = bool>, const N: usize> Real for Lanes<S, N> {
     type Mask = LaneMask<N>;
     const EPSILON: f64 = S::EPSILON;
+    const DERIVATIVES: usize = S::DERIVATIVES;
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self([S::from_f64(value); N])
+    }
+    #[inline(always)]
+    fn constant(self) -> Self {
+        Self(self.0.map(S::constant))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -67,6 +67,11 @@ impl<T: Real, const D: usize> Mat<T, D> {
     pub fn from_f64(m: &Mat<f64, D>) -> Self {
         Self::from_fn(|i, j| T::from_f64(m.0[i][j]))
     }
+    /// The same matrix without derivatives: see [`Real::constant`].
+    #[inline(always)]
+    pub fn constant(&self) -> Self {
+        Self(self.0.map(|row| row.map(T::constant)))
+    }
     /// u vᵀ.
     #[inline(always)]
     pub fn outer(u: [T; D], v: [T; D]) -> Self {

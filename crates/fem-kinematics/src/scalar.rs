@@ -33,6 +33,10 @@ pub trait Real:
     /// Distance from 1 to the next representable number.
     const EPSILON: f64;
 
+    /// How many derivatives the number carries: 0, or one more for each level of dual numbers.
+    /// Iterations of fixed length take this many more rounds, for the derivatives converge later.
+    const DERIVATIVES: usize = 0;
+
     /// The same constant in every lane; a dual number with zero derivative.
     fn from_f64(value: f64) -> Self;
 
@@ -60,6 +64,11 @@ pub trait Real:
     /// Does the mask hold anywhere? Lets a kernel skip work that no lane needs.
     fn any(mask: Self::Mask) -> bool;
 
+    /// The same number with its derivatives, if it carries any, set to zero.
+    #[inline(always)]
+    fn constant(self) -> Self {
+        self
+    }
     /// 0.
     #[inline(always)]
     fn zero() -> Self {

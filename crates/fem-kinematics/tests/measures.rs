@@ -1,0 +1,397 @@
+//! Strains, invariants, determinants, stress measures, flat tensors and simplices.
+#![allow(non_snake_case)]
+
+mod common;
+use common::*;
+use fem_kinematics::*;
+
+fn close<const D: usize>(a: Mat<f64, D>, b: Mat<f64, D>, tolerance: f64) {
+    let error = largest(&(a - b));
+    assert!(
+        error <= tolerance * (1.0 + largest(&b)),
+        "{error:e}: {a:?} {b:?}"
+    );
+}
+
+/// The gradient of a function of F by dual numbers.
+fn gradient<const D: usize>(
+    F: &Mat<f64, D>,
+    f: impl Fn(&Mat<Dual<f64>, D>) -> Dual<f64>,
+) -> Mat<f64, D> {
+    Mat::from_fn(|k, l| {
+        f(&Mat::from_fn(|i, j| {
+            Dual::new(F.0[i][j], f64::from(u8::from((i, j) == (k, l))))
+        }))
+        .derivative
+    })
+}
+
+fn invariants_of<const D: usize>() {
+    let mut random = Random(3);
+    for _ in 0..100 {
+        let F = random.tame::<D>();
+        let C = right_cauchy_green(&F);
+        let invariants = Invariants::new(&F);
+        assert!((invariants.first - C.trace()).abs() < 1e-14);
+        assert!((invariants.second - (C * C).trace()).abs() < 1e-14);
+        let principal = (C.trace().powi(2) - (C * C).trace()) / 2.0;
+        assert!((invariants.second_principal - principal).abs() < 1e-13);
+        assert!((invariants.third - C.determinant()).abs() < 1e-13);
+        let rest = Invariants::minus_rest(&F);
+        let n = D as f64;
+        assert!((rest.first - (invariants.first - n)).abs() < 1e-14);
+        assert!((rest.second - (invariants.second - n)).abs() < 2e-14);
+        let at_rest = n * (n - 1.0) / 2.0;
+        assert!((rest.second_principal - (principal - at_rest)).abs() < 1e-13);
+        assert!((rest.third - (invariants.third - 1.0)).abs() < 1e-13);
+
+        close(
+            Invariants::first_gradient(&F),
+            gradient(&F, |F| Invariants::new(F).first),
+            1e-13,
+        );
+        close(
+            Invariants::second_gradient(&F),
+            gradient(&F, |F| Invariants::new(F).second),
+            1e-13,
+        );
+        close(
+            Invariants::second_principal_gradient(&F),
+            gradient(&F, |F| Invariants::new(F).second_principal),
+            1e-13,
+        );
+        close(
+            Invariants::third_gradient(&F),
+            gradient(&F, |F| Invariants::new(F).third),
+            1e-13,
+        );
+        let deviatoric = DeviatoricInvariants::new(&F);
+        close(
+            deviatoric.first_gradient,
+            gradient(&F, |F| DeviatoricInvariants::new(F).first),
+            1e-13,
+        );
+        close(
+            deviatoric.second_gradient,
+            gradient(&F, |F| DeviatoricInvariants::new(F).second),
+            1e-13,
+        );
+        // They do not see the volume.
+        let scaled = DeviatoricInvariants::new(&F.scale(1.7));
+        assert!((scaled.first - deviatoric.first).abs() < 1e-14 * scaled.first);
+        assert!((scaled.second - deviatoric.second).abs() < 1e-14 * scaled.second);
+    }
+}
+
+#[test]
+fn invariants_and_their_gradients() {
+    invariants_of::<2>();
+    invariants_of::<3>();
+}
+
+#[test]
+fn the_second_principal_invariant_of_a_flat_element_does_not_cancel() {
+    let F = Mat::from_diagonal([1.0, 1e-9, 1e-9]);
+    let expected = 2e-18 + 1e-36;
+    let got = Invariants::new(&F).second_principal;
+    assert!((got - expected).abs() < 1e-15 * expected, "{got:e}");
+}
+
+#[test]
+fn determinants_keep_their_digits() {
+    // (1 + e)(1 − e/2)² − 1 = −3e²/4 + e³/4
+    for e in [1e-3, 1e-6, 2f64.powi(-30), 2f64.powi(-40)] {
+        let F = Mat::from_diagonal([1.0 + e, 1.0 - e / 2.0, 1.0 - e / 2.0]);
+        let (p, q) = (F.0[0][0] - 1.0, F.0[1][1] - 1.0);
+        let expected = p + 2.0 * q + q * q + 2.0 * p * q + p * q * q;
+        let got = determinant_minus_one(&F);
+        assert!((got - expected).abs() <= 4e-16 * p, "{got:e} {expected:e}");
+    }
+    let stretched = |x: f64| Mat::from_diagonal([x, 1.0, 1.0]);
+    assert_eq!(
+        log_determinant(&stretched(1.0 + 2f64.powi(-40))),
+        (2f64.powi(-40)).ln_1p()
+    );
+    let small = log_determinant(&stretched(1e-6));
+    assert!((small - 1e-6_f64.ln()).abs() < 4e-15);
+    assert_eq!(log_determinant(&stretched(0.0)), f64::NEG_INFINITY);
+    assert!(log_determinant(&stretched(-0.1)).is_nan());
+    let mut random = Random(8);
+    for _ in 0..200 {
+        let F = random.tame::<3>();
+        let j = F.determinant();
+        assert!((determinant_minus_one(&F) - (j - 1.0)).abs() < 2e-15 * (1.0 + j));
+        close(
+            F.cofactor().scale(1.0 / j),
+            gradient(&F, log_determinant),
+            1e-14,
+        );
+    }
+}
+
+fn strains<const D: usize>() {
+    let mut random = Random(9);
+    for size in [1.0, 1e-3, 1e-7, 1e-12] {
+        for _ in 0..50 {
+            let G = random.matrix::<D>().scale(0.3 * size);
+            let F = Mat::identity() + G;
+            let G = F - Mat::identity();
+            close(
+                infinitesimal_strain(&F).scale(1.0 / size),
+                G.symmetric_part().scale(1.0 / size),
+                1e-15,
+            );
+            let E = green_strain(&F);
+            let expected = G.symmetric_part() + G.tr_mul(&G).scale(0.5);
+            close(E.scale(1.0 / size), expected.scale(1.0 / size), 1e-15);
+            let p = polar(&F);
+            let e = corotated_strain(&F, &p);
+            close(e, p.S - Mat::identity(), 2e-15);
+            // (I + e)² = I + 2E, with no digits lost: 2e + e² = 2E
+            let back = e.scale(2.0) + e * e;
+            close(back.scale(1.0 / size), E.scale(2.0 / size), 4e-15);
+
+            let dF = random.matrix::<D>();
+            let dual: Mat<Dual<f64>, D> = Mat::from_fn(|i, j| Dual::new(F.0[i][j], dF.0[i][j]));
+            let dE = green_strain(&dual);
+            close(
+                green_strain_differential(&F, &dF),
+                Mat::from_fn(|i, j| dE.0[i][j].derivative),
+                1e-15,
+            );
+            let de = corotated_strain(&dual, &polar(&dual));
+            close(
+                p.stretch_differential(&dF).ok().unwrap(),
+                Mat::from_fn(|i, j| de.0[i][j].derivative),
+                1e-13,
+            );
+        }
+    }
+    // Inverted elements take the plain form.
+    let mut diagonal = [1.0; D];
+    diagonal[D - 1] = -1.0;
+    diagonal[0] = 2.0;
+    let F = Mat::from_diagonal(diagonal);
+    close(corotated_strain(&F, &polar(&F)), F - Mat::identity(), 1e-15);
+}
+
+#[test]
+fn strains_near_rest_and_far() {
+    strains::<2>();
+    strains::<3>();
+}
+
+fn stresses<const D: usize>() {
+    let mut random = Random(10);
+    for _ in 0..50 {
+        let F = random.tame::<D>();
+        // An objective stress: P = F S₂ with a symmetric S₂.
+        let second = random.matrix::<D>().symmetric_part();
+        let P = piola_from_second_piola(&F, &second);
+        close(second_piola_from_piola(&F, &P), second, 1e-14);
+        let sigma = cauchy_from_piola(&F, &P);
+        close(sigma, sigma.transpose(), 1e-14);
+        close(piola_from_cauchy(&F, &sigma), P, 1e-14);
+        let tau = kirchhoff_from_piola(&F, &P);
+        close(tau, sigma.scale(F.determinant()), 1e-14);
+        close(piola_from_kirchhoff(&F, &tau), P, 1e-14);
+        // Nanson: σ n a = P N A for the area that cof F carries from rest to deformed.
+        let N = std::array::from_fn(|_| random.unit());
+        let (here, there) = (sigma.mul_vec(F.cofactor().mul_vec(N)), P.mul_vec(N));
+        for i in 0..D {
+            assert!((here[i] - there[i]).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn stress_measures_convert_back_and_forth() {
+    stresses::<2>();
+    stresses::<3>();
+}
+
+fn identities<const D: usize>() {
+    let mut random = Random(12);
+    for _ in 0..50 {
+        let (A, B, Q) = (
+            random.matrix::<D>(),
+            random.matrix::<D>(),
+            random.rotation::<D>(),
+        );
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-14, "{a} {b}");
+        near(A.dot(&B), A.tr_mul(&B).trace());
+        near(A.dot(&B), A.mul_tr(&B).trace());
+        near((A * B).trace(), (B * A).trace());
+        near(A.norm_squared(), A.tr_mul(&A).trace());
+        near((Q * A).norm_squared(), A.norm_squared());
+        near((A * Q).norm_squared(), A.norm_squared());
+        near((A * B).determinant(), A.determinant() * B.determinant());
+        near(A.transpose().determinant(), A.determinant());
+        // Symmetric : skew = 0.
+        near(A.symmetric_part().dot(&(B - B.transpose())), 0.0);
+        let sigma = signed_svd(&A).sigma;
+        near(A.norm_squared(), sigma.iter().map(|s| s * s).sum());
+        near(A.determinant(), sigma.iter().product());
+        // Trace and determinant are sum and product of the eigenvalues (not singular values).
+        let values = symmetric_eigen(&A.symmetric_part()).values;
+        near(A.trace(), values.iter().sum());
+        near(A.symmetric_part().determinant(), values.iter().product());
+        close(A.cofactor(), gradient(&A, Mat::determinant), 1e-15);
+        close(
+            A.tr_mul(&A.cofactor()),
+            Mat::identity().scale(A.determinant()),
+            1e-15,
+        );
+    }
+}
+
+#[test]
+fn linear_algebra_identities() {
+    identities::<2>();
+    identities::<3>();
+}
+
+fn projections<const D: usize, const N: usize>(
+    block: &[(usize, usize); N],
+    row_major: &[(usize, usize); N],
+) {
+    let mut random = Random(13);
+    for scale in [1.0, 1e5, 1e-200, 1e120] {
+        let T = Tensor4::<f64, D>::from_fn(|_, _, _, _| random.unit() * scale).symmetric_part();
+        for order in [block, row_major] {
+            assert_eq!(from_flat(&to_flat(&T, order), order), T);
+        }
+        let flat = to_flat(&T, row_major);
+        for (r, &(i, j)) in row_major.iter().enumerate() {
+            assert_eq!(r, D * i + j);
+        }
+        let m = nalgebra::DMatrix::<f64>::from_fn(N, N, |r, c| flat[r][c] / scale);
+        let eigen = nalgebra::SymmetricEigen::new(m);
+        let mut expected: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
+        expected.sort_by(f64::total_cmp);
+        for (a, b) in T.eigenvalues().iter().zip(&expected) {
+            assert!((a / scale - b).abs() < 1e-14, "{a} {b}");
+        }
+        let clamped = eigen.eigenvalues.map(|x| x.max(0.0));
+        let psd = &eigen.eigenvectors
+            * nalgebra::DMatrix::from_diagonal(&clamped)
+            * eigen.eigenvectors.transpose();
+        let ours = to_flat(&T.project(|x| x.max(0.0)), row_major);
+        for r in 0..N {
+            for c in 0..N {
+                assert!((ours[r][c] / scale - psd[(r, c)]).abs() < 1e-14);
+            }
+        }
+        let same = to_flat(&T.project(|x| x), row_major);
+        for r in 0..N {
+            for c in 0..N {
+                assert!(((same[r][c] - flat[r][c]) / scale).abs() < 1e-14);
+            }
+        }
+    }
+}
+
+#[test]
+fn numeric_projection_against_an_independent_eigen_solver() {
+    projections::<2, 4>(&BLOCK_ORDER_2D, &ROW_MAJOR_2D);
+    projections::<3, 9>(&BLOCK_ORDER_3D, &ROW_MAJOR_3D);
+}
+
+#[test]
+fn rest_shapes() {
+    let mut random = Random(14);
+    for _ in 0..50 {
+        let X: [[f64; 3]; 4] = std::array::from_fn(|_| std::array::from_fn(|_| random.unit()));
+        let shape = RestShape::from_vertices(&X).unwrap();
+        let Dm = shape_matrix(&X);
+        assert!((shape.volume - Dm.determinant().abs() / 6.0).abs() < 1e-16);
+        // ERRATUM: D_mᵀ B_m = −V I.
+        let product = Dm.tr_mul(&shape.area_normals());
+        close(product, Mat::identity().scale(-shape.volume), 1e-15);
+        let mut sum = [0.0; 3];
+        for a in 0..4 {
+            let b = shape.area_normal(a);
+            for i in 0..3 {
+                sum[i] += b[i];
+                if a > 0 {
+                    assert_eq!(b[i], shape.area_normals().0[i][a - 1]);
+                }
+            }
+            // −1/3 of the sum of the outward area vectors at the node = 1/3 of the opposite one.
+            let face: Vec<[f64; 3]> = (0..4).filter(|&c| c != a).map(|c| X[c]).collect();
+            let e = |k: usize| -> [f64; 3] { std::array::from_fn(|i| face[k][i] - face[0][i]) };
+            let (u, v) = (e(1), e(2));
+            let mut area = [
+                0.5 * (u[1] * v[2] - u[2] * v[1]),
+                0.5 * (u[2] * v[0] - u[0] * v[2]),
+                0.5 * (u[0] * v[1] - u[1] * v[0]),
+            ];
+            let inward: f64 = (0..3).map(|i| area[i] * (X[a][i] - face[0][i])).sum();
+            if inward > 0.0 {
+                area = area.map(|x| -x);
+            }
+            for i in 0..3 {
+                assert!((b[i] - area[i] / 3.0).abs() < 1e-14, "{b:?} {area:?}");
+            }
+        }
+        assert!(sum.iter().all(|s| s.abs() < 1e-14));
+        // F of an affine map is its matrix.
+        let A = random.matrix::<3>();
+        let x = X.map(|x| A.mul_vec(x));
+        let tolerance = 1e-14 * (1.0 + largest(&shape.inverse));
+        close(
+            deformation_gradient(&shape_matrix(&x), &shape.inverse),
+            A,
+            tolerance,
+        );
+    }
+}
+
+#[test]
+fn bad_rest_shapes_are_refused() {
+    type Shape = RestShape<f64, 2>;
+    let flat = Shape::from_vertices(&[[0.0, 0.0], [0.1, 0.3], [0.2, 0.6]]);
+    assert!(
+        matches!(flat, Err(RestShapeError::ZeroVolume { .. })),
+        "{flat:?}"
+    );
+    let nan = Shape::from_vertices(&[[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]]);
+    assert_eq!(nan, Err(RestShapeError::NotFinite { vertex: 1 }));
+    let few = Shape::from_vertices(&[[0.0, 0.0], [1.0, 0.0]]);
+    assert_eq!(
+        few,
+        Err(RestShapeError::VertexCount {
+            dimension: 2,
+            given: 2
+        })
+    );
+    // Tiny and badly shaped is not flat.
+    let (width, height) = (2f64.powi(-200), 2f64.powi(-230));
+    let sliver = Shape::from_vertices(&[[0.0, 0.0], [width, 0.0], [0.0, height]]).unwrap();
+    assert_eq!(sliver.volume, 2f64.powi(-431));
+    let mirrored = Shape::from_vertices(&[[0.0, 0.0], [0.0, 1.0], [2.0, 0.0]]).unwrap();
+    assert_eq!(mirrored.volume, 1.0);
+}
+
+#[test]
+fn a_triangle_in_space_lies_flat_undeformed() {
+    let mut random = Random(15);
+    for _ in 0..20 {
+        let x: [[f64; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| random.unit()));
+        let flat = flatten_triangle(&x);
+        for a in 0..3 {
+            for b in 0..3 {
+                let distance = |p: &[f64], q: &[f64]| -> f64 {
+                    p.iter()
+                        .zip(q)
+                        .map(|(p, q)| (p - q).powi(2))
+                        .sum::<f64>()
+                        .sqrt()
+                };
+                assert!((distance(&x[a], &x[b]) - distance(&flat[a], &flat[b])).abs() < 1e-14);
+            }
+        }
+        assert!(RestShape::from_vertices(&flat).is_ok());
+        assert!(flat[2][1] > 0.0);
+    }
+}
