@@ -1,4 +1,5 @@
 //! Muscle-driven faces: quasistatic expressions, exact rig derivatives and fitting to landmarks
 
+pub mod builtin;
 pub mod export;
 pub mod pictures;

@@ -1,0 +1,105 @@
+//! Draws the built-in face: `cargo run --release -p face-rig --example draw_builtin -- [TETS] [DIR]`.
+
+use face_rig::builtin::{BuiltinFace, Ornament, flesh_color, tet_quality};
+use face_rig::pictures::{Camera, ColorMap, Layer, Occlusion, Paint, Panel, Segment, Sheet};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let tets = arguments.next().map_or(Ok(20_000), |t| t.parse())?;
+    let folder = std::path::PathBuf::from(arguments.next().unwrap_or_else(|| ".".into()));
+    let start = std::time::Instant::now();
+    let face = BuiltinFace::with_tets(tets)?;
+    println!(
+        "{} tets, {} nodes in {:?}",
+        face.tets.len(),
+        face.nodes.len(),
+        start.elapsed()
+    );
+    println!("{:#?}", tet_quality(&face.nodes, &face.tets));
+    let all = face.triangles(|_| true);
+    let camera = Camera::framing(&face.nodes, 0.0, 0.0)?;
+    let flesh = Paint::Pattern {
+        coordinates: &face.material,
+        color: &flesh_color,
+    };
+    let decorations = face.decorations();
+    let eye = |c| Ornament::Eyeball.color(c);
+    let teeth = |c| Ornament::Teeth.color(c);
+    let cavity = |c| Ornament::MouthCavity.color(c);
+    let panel = |title: &str, yaw: f64, pitch: f64| {
+        let panel = Panel::new(title, camera.turned(yaw, pitch));
+        decorations.iter().fold(
+            panel.layer(Layer::new(&face.nodes, &all, flesh)),
+            |panel, d| {
+                let color = match d.ornament {
+                    Ornament::Eyeball => &eye as &(dyn Fn([f64; 3]) -> [f32; 3] + Sync),
+                    Ornament::Teeth => &teeth,
+                    Ornament::MouthCavity => &cavity,
+                };
+                let paint = Paint::Pattern {
+                    coordinates: &d.coordinates,
+                    color,
+                };
+                panel.layer(Layer::new(&d.points, &d.triangles, paint).with_gloss(0.5))
+            },
+        )
+    };
+    let marks = face.landmark_positions(&face.nodes);
+    let wire = Panel::new("mesh", camera.turned(20.0, 0.0))
+        .layer(Layer::new(&face.nodes, &all, Paint::Uniform([0.85, 0.72, 0.62])).with_edges());
+    let start = std::time::Instant::now();
+    Sheet::new(format!("built-in face, {} tets", face.tets.len()))
+        .row(vec![
+            panel("front", 0.0, 0.0),
+            panel("three quarters", 35.0, 5.0),
+        ])
+        .row(vec![panel("profile", 88.0, 0.0), wire])
+        .row(vec![
+            panel("landmarks", 0.0, 0.0).dots(&marks, [0.1, 0.35, 0.75], 3.0),
+            panel("landmarks", 40.0, 5.0).dots(&marks, [0.1, 0.35, 0.75], 3.0),
+        ])
+        .draw(620, 760)?
+        .save(&folder.join("face.png"))?;
+    draw_muscles(&face, camera)?.save(&folder.join("muscles.png"))?;
+    println!("drawn in {:?}", start.elapsed());
+    Ok(())
+}
+
+/// One panel per muscle of the left side: its weight on the tets' centres as short fibres.
+fn draw_muscles(
+    face: &BuiltinFace,
+    camera: Camera,
+) -> Result<face_rig::pictures::Canvas, Box<dyn std::error::Error>> {
+    let skin = face.skin();
+    let mut sheet = Sheet::new("muscles of the left side");
+    let left: Vec<usize> = (0..face.muscles.len() / 2).collect();
+    for row in left.chunks(6) {
+        let panels = row.iter().map(|&m| {
+            let entries = face.fibres.iter().filter(|e| e.muscle as usize == m);
+            let segments = entries.map(|e| {
+                let mut centre = [0.0; 3];
+                for n in face.tets[e.tet as usize] {
+                    for k in 0..3 {
+                        centre[k] += 0.25 * face.nodes[n as usize][k];
+                    }
+                }
+                let end = |s: f64| [0, 1, 2].map(|k| centre[k] + s * 0.003 * e.fibre[k]);
+                Segment {
+                    ends: [end(-1.0), end(1.0)],
+                    color: ColorMap::Heat.color(0.35 + 0.5 * e.weight),
+                    width: 1.2,
+                }
+            });
+            Panel::new(face.muscles[m].clone(), camera.turned(30.0, 0.0))
+                .layer(Layer::new(
+                    &face.nodes,
+                    &skin,
+                    Paint::Uniform([0.9, 0.88, 0.85]),
+                ))
+                .occlusion(Occlusion::Ignored)
+                .segments(segments)
+        });
+        sheet = sheet.row(panels.collect());
+    }
+    Ok(sheet.draw(300, 360)?)
+}

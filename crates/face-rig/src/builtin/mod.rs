@@ -1,0 +1,30 @@
+//! A face made by the program: nothing to download, any resolution, the same bytes every time.
+//!
+//! See [`BuiltinFace`].
+
+// Comparisons are written so that a value that is not a number takes the safe branch.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+mod anatomy;
+mod bones;
+mod decoration;
+mod face;
+mod features;
+mod form;
+mod grid;
+mod landmarks;
+mod muscles;
+mod paint;
+mod quality;
+mod spline;
+#[cfg(test)]
+mod tests;
+
+pub use bones::Bone;
+pub use decoration::{Decoration, Ornament};
+pub use face::{BoundaryTriangle, BuiltinError, BuiltinFace, Hinge, Touching};
+pub use form::Side;
+pub use grid::Embedding;
+pub use muscles::FibreEntry;
+pub use paint::flesh_color;
+pub use quality::{TetQuality, tet_quality};
