@@ -1,0 +1,7 @@
+//! Symmetric sparse matrices in D×D blocks, lower half only.
+
+mod pattern;
+mod symmetric;
+
+pub use pattern::{BlockPattern, PatternError};
+pub use symmetric::BlockSymmetric;

@@ -1,0 +1,196 @@
+//! The values, and the product with a vector.
+
+use super::BlockPattern;
+use crate::operator::{LinearOperator, Structure};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// A symmetric matrix of D×D blocks, of which the lower half and the diagonal are stored.
+///
+/// `values()[k][r][c]` is row `r`, column `c` of stored block `k` of the [`BlockPattern`]. A block
+/// `(i, j)` with `j < i` stands for itself and for its transpose at `(j, i)`; diagonal blocks are
+/// stored in full.
+#[derive(Clone, Debug)]
+pub struct BlockSymmetric<const D: usize> {
+    pattern: Arc<BlockPattern>,
+    values: Vec<[[f64; D]; D]>,
+    structure: Structure,
+}
+
+impl<const D: usize> BlockSymmetric<D> {
+    /// The zero matrix on a pattern. It claims [`Structure::Symmetric`].
+    pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
+        let values = vec![[[0.0; D]; D]; pattern.stored()];
+        Self {
+            pattern,
+            values,
+            structure: Structure::Symmetric,
+        }
+    }
+
+    /// The same matrix with another claim, which the caller vouches for.
+    #[must_use]
+    pub fn claiming(mut self, structure: Structure) -> Self {
+        self.structure = structure;
+        self
+    }
+
+    /// Where the blocks are.
+    pub fn pattern(&self) -> &Arc<BlockPattern> {
+        &self.pattern
+    }
+
+    /// All stored blocks, row by row.
+    pub fn values(&self) -> &[[[f64; D]; D]] {
+        &self.values
+    }
+
+    /// All stored blocks, for the assembly to fill.
+    pub fn values_mut(&mut self) -> &mut [[[f64; D]; D]] {
+        &mut self.values
+    }
+
+    /// The diagonal block of row `i`.
+    pub fn diagonal_block(&self, i: usize) -> &[[f64; D]; D] {
+        &self.values[self.pattern.diagonal(i)]
+    }
+
+    /// The scalar diagonal, length `D · blocks`.
+    pub fn diagonal(&self) -> Vec<f64> {
+        (0..self.pattern.blocks())
+            .flat_map(|i| {
+                let block = self.diagonal_block(i);
+                (0..D).map(move |r| block[r][r])
+            })
+            .collect()
+    }
+
+    /// Adds `shift` to every scalar diagonal entry.
+    pub fn shift_diagonal(&mut self, shift: f64) {
+        for i in 0..self.pattern.blocks() {
+            let k = self.pattern.diagonal(i);
+            for r in 0..D {
+                self.values[k][r][r] += shift;
+            }
+        }
+    }
+
+    /// The whole matrix, both halves, row-major of size `dim × dim`.
+    pub fn to_dense(&self) -> Vec<f64> {
+        let n = D * self.pattern.blocks();
+        let mut dense = vec![0.0; n * n];
+        for i in 0..self.pattern.blocks() {
+            for k in self.pattern.row_start()[i]..self.pattern.row_start()[i + 1] {
+                let j = self.pattern.columns()[k] as usize;
+                for r in 0..D {
+                    for c in 0..D {
+                        let value = self.values[k][r][c];
+                        dense[(D * i + r) * n + D * j + c] = value;
+                        if j != i {
+                            dense[(D * j + c) * n + D * i + r] = value;
+                        }
+                    }
+                }
+            }
+        }
+        dense
+    }
+
+    /// Rows `chunk.rows` of the stored half: their own part into `own`, what falls on earlier rows
+    /// into the returned vector, which starts at `first_column`.
+    fn apply_chunk(
+        &self,
+        rows: std::ops::Range<usize>,
+        first_column: usize,
+        x: &[[f64; D]],
+        own: &mut [[f64; D]],
+    ) -> Vec<[f64; D]> {
+        let begin = rows.start;
+        let mut before = vec![[0.0; D]; begin.saturating_sub(first_column)];
+        own.fill([0.0; D]);
+        for i in rows {
+            let range = self.pattern.row_start()[i]..self.pattern.row_start()[i + 1];
+            let columns = &self.pattern.columns()[range.clone()];
+            let blocks = &self.values[range];
+            let xi = x[i];
+            let mut yi = [0.0; D];
+            let last = columns.len() - 1;
+            for (&j, a) in columns[..last].iter().zip(&blocks[..last]) {
+                let j = j as usize;
+                let xj = x[j];
+                let mut yj = [0.0; D];
+                for r in 0..D {
+                    for c in 0..D {
+                        yi[r] += a[r][c] * xj[c];
+                        yj[c] += a[r][c] * xi[r];
+                    }
+                }
+                let target = if j >= begin {
+                    &mut own[j - begin]
+                } else {
+                    &mut before[j - first_column]
+                };
+                for c in 0..D {
+                    target[c] += yj[c];
+                }
+            }
+            for r in 0..D {
+                for c in 0..D {
+                    yi[r] += blocks[last][r][c] * xi[c];
+                }
+                own[i - begin][r] += yi[r];
+            }
+        }
+        before
+    }
+}
+
+impl<const D: usize> LinearOperator for BlockSymmetric<D> {
+    fn dim(&self) -> usize {
+        D * self.pattern.blocks()
+    }
+
+    fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    /// Parallel over fixed runs of rows; the bits do not depend on the number of threads.
+    ///
+    /// # Panics
+    /// If a slice is not [`dim`](LinearOperator::dim) long.
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        assert!(
+            x.len() == self.dim() && y.len() == self.dim(),
+            "slices must have length {}",
+            self.dim()
+        );
+        let (x, _) = x.as_chunks::<D>();
+        let (mut rest, _) = y.as_chunks_mut::<D>();
+        let chunks = &self.pattern.chunks;
+        if let [only] = chunks.as_slice() {
+            self.apply_chunk(only.rows.clone(), only.first_column, x, rest);
+            return;
+        }
+        let mut tasks = Vec::with_capacity(chunks.len());
+        for chunk in chunks {
+            let (own, tail) = rest.split_at_mut(chunk.rows.len());
+            tasks.push((chunk, own));
+            rest = tail;
+        }
+        let before: Vec<Vec<[f64; D]>> = tasks
+            .into_par_iter()
+            .map(|(chunk, own)| self.apply_chunk(chunk.rows.clone(), chunk.first_column, x, own))
+            .collect();
+        let (y, _) = y.as_chunks_mut::<D>();
+        for (chunk, part) in chunks.iter().zip(&before) {
+            for (target, value) in y[chunk.first_column.min(chunk.rows.start)..]
+                .iter_mut()
+                .zip(part)
+            {
+                for c in 0..D {
+                    target[c] += value[c];
+                }
+            }
+        }
+    }
+}

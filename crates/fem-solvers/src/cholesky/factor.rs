@@ -1,0 +1,282 @@
+//! The numeric factorisation.
+
+use super::dense::{FactorScalar, eliminate};
+use super::symbolic::{Orientation, Supernode, SymbolicCholesky};
+use crate::block_matrix::{BlockPattern, BlockSymmetric};
+use rayon::prelude::*;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Why a matrix could not be factored.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum CholeskyError {
+    /// The matrix is not positive definite, or too ill-conditioned for the precision of the factor.
+    #[error("not positive definite: the pivot of block row {block_row} is not positive")]
+    NotPositiveDefinite {
+        /// Block row of the matrix, in its own numbering.
+        block_row: usize,
+    },
+    /// The matrix holds a NaN, an infinity, or a value outside the range of the factor's scalar.
+    #[error(
+        "block row {block_row} holds a value that is not finite in the precision of the factor"
+    )]
+    NonFinite {
+        /// Block row of the matrix, in its own numbering.
+        block_row: usize,
+    },
+    /// The matrix lives on another pattern than the one that was analysed.
+    #[error(
+        "the matrix has {found} stored blocks in another pattern than the {expected} that were analysed"
+    )]
+    PatternMismatch {
+        /// Stored blocks of the matrix.
+        found: usize,
+        /// Stored blocks of the analysed pattern.
+        expected: usize,
+    },
+}
+
+/// `P A Pᵀ = L Lᵀ` with `L` in precision `T`.
+///
+/// The bits of `L` do not depend on the number of threads: contributions are added in the order of
+/// the children, and every kernel runs on one thread.
+#[derive(Clone, Debug)]
+pub struct CholeskyFactor<T, const D: usize> {
+    pub(super) symbolic: Arc<SymbolicCholesky<D>>,
+    pub(super) panels: Vec<T>,
+}
+
+/// Arithmetic below which a subtree is one task.
+pub(super) const TASK_FLOPS: f64 = 2e6;
+/// Deepest nesting of tasks; below, a subtree is done in a loop.
+pub(super) const TASK_DEPTH: usize = 48;
+
+impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
+    /// Factors a matrix on the analysed pattern.
+    ///
+    /// # Errors
+    /// [`CholeskyError`] names the block row that failed.
+    pub fn factor(
+        symbolic: &Arc<SymbolicCholesky<D>>,
+        matrix: &BlockSymmetric<D>,
+    ) -> Result<Self, CholeskyError> {
+        let mut factor = Self::allocate(symbolic);
+        factor.refactor(matrix)?;
+        Ok(factor)
+    }
+
+    /// Memory for a factor; to be filled by [`refactor`](Self::refactor) before use.
+    pub(crate) fn allocate(symbolic: &Arc<SymbolicCholesky<D>>) -> Self {
+        let panels = vec![T::from_f64(0.0); symbolic.panel_scalars];
+        Self {
+            symbolic: symbolic.clone(),
+            panels,
+        }
+    }
+
+    /// Factors another matrix on the same pattern into the same memory.
+    ///
+    /// # Errors
+    /// [`CholeskyError`] names the block row that failed; the factor is unusable then until a
+    /// `refactor` succeeds.
+    pub fn refactor(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
+        let symbolic = &*self.symbolic;
+        check(&symbolic.pattern, matrix, |v| {
+            T::from_f64(v).to_f64().is_finite()
+        })?;
+        let task = Task { symbolic, matrix };
+        let roots: Vec<usize> = (0..symbolic.supernodes.len())
+            .filter(|&s| symbolic.supernodes[s].parent == super::elimination_tree::NO_PARENT)
+            .collect();
+        let outcome = task.children(&roots, &mut self.panels, 0);
+        if let Err(error) = outcome {
+            self.panels.fill(T::from_f64(f64::NAN));
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    /// The analysis this factor was made with.
+    pub fn symbolic(&self) -> &Arc<SymbolicCholesky<D>> {
+        &self.symbolic
+    }
+}
+
+fn check<const D: usize>(
+    pattern: &Arc<BlockPattern>,
+    matrix: &BlockSymmetric<D>,
+    fits: impl Fn(f64) -> bool,
+) -> Result<(), CholeskyError> {
+    if !(Arc::ptr_eq(pattern, matrix.pattern()) || **pattern == **matrix.pattern()) {
+        return Err(CholeskyError::PatternMismatch {
+            found: matrix.pattern().stored(),
+            expected: pattern.stored(),
+        });
+    }
+    match matrix
+        .values()
+        .iter()
+        .position(|block| !block.iter().flatten().all(|&v| fits(v)))
+    {
+        None => Ok(()),
+        Some(k) => Err(CholeskyError::NonFinite {
+            block_row: pattern.row_start().partition_point(|&s| s <= k) - 1,
+        }),
+    }
+}
+
+struct Task<'a, const D: usize> {
+    symbolic: &'a SymbolicCholesky<D>,
+    matrix: &'a BlockSymmetric<D>,
+}
+
+impl<const D: usize> Task<'_, D> {
+    /// The update matrices of several subtrees, which are neighbours in storage.
+    fn children<T: FactorScalar>(
+        &self,
+        nodes: &[usize],
+        panels: &mut [T],
+        depth: usize,
+    ) -> Result<Vec<Vec<T>>, CholeskyError> {
+        let mut tasks = Vec::with_capacity(nodes.len());
+        let mut rest = panels;
+        for &s in nodes {
+            let (own, tail) = rest.split_at_mut(self.subtree_scalars(s));
+            tasks.push((s, own));
+            rest = tail;
+        }
+        if tasks.len() == 1 {
+            return tasks
+                .into_iter()
+                .map(|(s, own)| self.subtree(s, own, depth))
+                .collect();
+        }
+        tasks
+            .into_par_iter()
+            .map(|(s, own)| self.subtree(s, own, depth))
+            .collect()
+    }
+
+    fn subtree_scalars(&self, s: usize) -> usize {
+        let node = &self.symbolic.supernodes[s];
+        let end = self
+            .symbolic
+            .supernodes
+            .get(s + 1)
+            .map_or(self.symbolic.panel_scalars, |next| next.panel);
+        end - self.symbolic.supernodes[node.subtree].panel
+    }
+
+    /// Factors the subtree of `s`, whose panels are `panels`, and returns the update matrix of `s`.
+    fn subtree<T: FactorScalar>(
+        &self,
+        s: usize,
+        panels: &mut [T],
+        depth: usize,
+    ) -> Result<Vec<T>, CholeskyError> {
+        let nodes = &self.symbolic.supernodes;
+        let node = &nodes[s];
+        if node.subtree_flops < TASK_FLOPS || depth >= TASK_DEPTH {
+            // Postorder: the updates of the children are the last ones on the stack.
+            let mut stack: Vec<Vec<T>> = Vec::new();
+            let mut rest = panels;
+            for t in node.subtree..=s {
+                let size = D * D * nodes[t].height() * nodes[t].width();
+                let (own, tail) = rest.split_at_mut(size);
+                rest = tail;
+                let first = stack.len() - nodes[t].children.len();
+                let update = self.front(&nodes[t], own, &stack[first..])?;
+                stack.truncate(first);
+                stack.push(update);
+            }
+            return Ok(stack.pop().unwrap_or_default());
+        }
+        let own_size = D * D * node.height() * node.width();
+        let (below, own) = panels.split_at_mut(panels.len() - own_size);
+        let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
+        let updates = self.children(&children, below, depth + 1)?;
+        self.front(node, own, &updates)
+    }
+
+    /// Assembles and eliminates one front.
+    fn front<T: FactorScalar>(
+        &self,
+        node: &Supernode,
+        panel: &mut [T],
+        updates: &[Vec<T>],
+    ) -> Result<Vec<T>, CholeskyError> {
+        let zero = T::from_f64(0.0);
+        let (height, columns) = (D * node.height(), D * node.width());
+        let rows = height - columns;
+        panel.fill(zero);
+        for entry in &node.entries {
+            let block = &self.matrix.values()[entry.source as usize];
+            let corner = D * entry.column as usize * height + D * entry.row as usize;
+            for c in 0..D {
+                for r in 0..D {
+                    let value = match entry.orientation {
+                        Orientation::AsStored => block[r][c],
+                        Orientation::Transposed => block[c][r],
+                    };
+                    panel[corner + c * height + r] = T::from_f64(value);
+                }
+            }
+        }
+        let mut update = vec![zero; rows * rows];
+        for (&child, values) in node.children.iter().zip(updates) {
+            extend_add::<T, D>(
+                &self.symbolic.supernodes[child as usize],
+                values,
+                panel,
+                &mut update,
+                columns,
+                rows,
+            );
+        }
+        eliminate(panel, height, columns, &mut update).map_err(|column| {
+            let block = node.columns.start + column / D;
+            CholeskyError::NotPositiveDefinite {
+                block_row: self.symbolic.permutation.order()[block] as usize,
+            }
+        })?;
+        Ok(update)
+    }
+}
+
+/// Adds a child's update matrix into its parent's front, lower half.
+fn extend_add<T: FactorScalar, const D: usize>(
+    child: &Supernode,
+    values: &[T],
+    panel: &mut [T],
+    update: &mut [T],
+    columns: usize,
+    rows: usize,
+) {
+    let child_rows = D * child.rows.len();
+    let height = columns + rows;
+    for (at, column_run) in child.runs.iter().enumerate() {
+        for c in 0..D * column_run.len as usize {
+            let from = D * column_run.from as usize + c;
+            let to = D * column_run.to as usize + c;
+            let source = &values[from * child_rows..(from + 1) * child_rows];
+            for (k, row_run) in child.runs[at..].iter().enumerate() {
+                // In the run of the column itself, start at the diagonal.
+                let skip = if k == 0 { c } else { 0 };
+                let len = D * row_run.len as usize - skip;
+                let (row_from, row_to) = (
+                    D * row_run.from as usize + skip,
+                    D * row_run.to as usize + skip,
+                );
+                let target = if to < columns {
+                    &mut panel[to * height + row_to..][..len]
+                } else {
+                    &mut update[(to - columns) * rows + row_to - columns..][..len]
+                };
+                for (t, s) in target.iter_mut().zip(&source[row_from..row_from + len]) {
+                    *t += *s;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Sparse Cholesky factorisation of symmetric positive definite block matrices.
+//!
+//! A node-block multifrontal method (Duff & Reid 1983, Liu 1992): the elimination tree of the block
+//! graph is cut into supernodes, each owns a dense front, and all arithmetic happens in dense kernels.
+
+mod amalgamation;
+mod dense;
+mod elimination_tree;
+mod factor;
+mod refine;
+mod solve;
+mod symbolic;
+
+pub use dense::FactorScalar;
+pub use factor::{CholeskyError, CholeskyFactor};
+pub use refine::{RefineError, RefineInfo, RefineParams};
+pub use symbolic::SymbolicCholesky;

@@ -1,0 +1,101 @@
+//! Dense Householder QR with column pivoting (Businger & Golub 1965), column-major.
+
+use crate::vector::{axpy, dot, norm};
+
+/// `A P = Q R` of an `m × n` matrix; reflectors below the diagonal, `R` on and above it.
+#[derive(Clone, Debug)]
+pub(crate) struct PivotedQr {
+    rows: usize,
+    columns: usize,
+    a: Vec<f64>,
+    tau: Vec<f64>,
+    pivots: Vec<usize>,
+}
+
+impl PivotedQr {
+    /// Factors `a` (column-major, `rows × columns`), consuming it.
+    pub fn new(mut a: Vec<f64>, rows: usize, columns: usize) -> Self {
+        let steps = rows.min(columns);
+        let mut pivots: Vec<usize> = (0..columns).collect();
+        let mut tau = vec![0.0; steps];
+        for k in 0..steps {
+            let tail = |a: &[f64], j: usize| norm(&a[j * rows + k..(j + 1) * rows]);
+            // First longest remaining column.
+            let mut longest = (k, tail(&a, k));
+            for j in k + 1..columns {
+                let length = tail(&a, j);
+                if length > longest.1 {
+                    longest = (j, length);
+                }
+            }
+            let (j, length) = longest;
+            if j != k {
+                let (left, right) = a.split_at_mut(j * rows);
+                left[k * rows..(k + 1) * rows].swap_with_slice(&mut right[..rows]);
+                pivots.swap(j, k);
+            }
+            if !(length > 0.0) {
+                continue;
+            }
+            // H = I − τ v vᵀ with v₀ = 1 sends the column to −sign(a₀) ‖a‖ e₀.
+            let (left, right) = a.split_at_mut((k + 1) * rows);
+            let v = &mut left[k * rows + k..];
+            let head = -length.copysign(v[0]);
+            let scale = v[0] - head;
+            tau[k] = -scale / head;
+            v[1..].iter_mut().for_each(|x| *x /= scale);
+            v[0] = head;
+            for column in right.chunks_mut(rows) {
+                let c = &mut column[k..];
+                let s = tau[k] * (c[0] + dot(&v[1..], &c[1..]));
+                c[0] -= s;
+                axpy(-s, &v[1..], &mut c[1..]);
+            }
+        }
+        Self {
+            rows,
+            columns,
+            a,
+            tau,
+            pivots,
+        }
+    }
+
+    /// Number of diagonal entries of `R` above `max(m, n) ε |R₀₀|`.
+    pub fn rank(&self) -> usize {
+        let r = |k: usize| self.a[k * self.rows + k].abs();
+        let steps = self.tau.len();
+        if steps == 0 || !(r(0) > 0.0) {
+            return 0;
+        }
+        let tolerance = self.rows.max(self.columns) as f64 * f64::EPSILON * r(0);
+        (0..steps).take_while(|&k| r(k) > tolerance).count()
+    }
+
+    /// Index of the column that was eliminated at step `k`.
+    pub fn pivot(&self, k: usize) -> usize {
+        self.pivots[k]
+    }
+
+    /// A minimiser of `‖A x − b‖` with zeros for the columns beyond the rank.
+    pub fn least_squares(&self, b: &[f64]) -> Vec<f64> {
+        let m = self.rows;
+        let mut y = b.to_vec();
+        for k in 0..self.tau.len() {
+            let v = &self.a[k * m + k + 1..(k + 1) * m];
+            let s = self.tau[k] * (y[k] + dot(v, &y[k + 1..]));
+            y[k] -= s;
+            axpy(-s, v, &mut y[k + 1..]);
+        }
+        let rank = self.rank();
+        let mut x = vec![0.0; self.columns];
+        for k in (0..rank).rev() {
+            let value = y[k] / self.a[k * m + k];
+            x[self.pivots[k]] = value;
+            for i in 0..k {
+                y[i] -= self.a[k * m + i] * value;
+            }
+        }
+        x
+    }
+}

@@ -1,0 +1,59 @@
+//! Robust losses of a group of residuals.
+
+/// `ρ(s)` of the squared norm `s = ‖r_g‖²` of a group; the cost is `½ Σ ρ(s)`.
+///
+/// `scale` is the norm, in the unit of the residuals, from which a group counts as an outlier.
+/// Formulas as in Triggs et al. (2000), with `ρ(s) → s` for small `s`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// `ρ = s`: ordinary least squares.
+    Square,
+    /// `ρ = s` up to `δ²`, `2 δ √s − δ²` beyond: outliers pull with constant force.
+    Huber {
+        /// `δ`.
+        scale: f64,
+    },
+    /// `ρ = δ² ln(1 + s/δ²)`.
+    Cauchy {
+        /// `δ`.
+        scale: f64,
+    },
+    /// `ρ = s / (1 + s/δ²)`: outliers hardly pull at all.
+    GemanMcClure {
+        /// `δ`.
+        scale: f64,
+    },
+}
+
+impl Loss {
+    /// `ρ(s)`.
+    pub fn value(self, s: f64) -> f64 {
+        match self {
+            Loss::Square => s,
+            Loss::Huber { scale } if s <= scale * scale => s,
+            Loss::Huber { scale } => scale * (2.0 * s.sqrt() - scale),
+            Loss::Cauchy { scale } => scale * scale * (s / (scale * scale)).ln_1p(),
+            Loss::GemanMcClure { scale } => s / (1.0 + s / (scale * scale)),
+        }
+    }
+
+    /// `ρ'(s)`: the weight of a group in iteratively reweighted least squares.
+    pub fn weight(self, s: f64) -> f64 {
+        match self {
+            Loss::Square => 1.0,
+            Loss::Huber { scale } if s <= scale * scale => 1.0,
+            Loss::Huber { scale } => scale / s.sqrt(),
+            Loss::Cauchy { scale } => 1.0 / (1.0 + s / (scale * scale)),
+            Loss::GemanMcClure { scale } => (1.0 + s / (scale * scale)).powi(-2),
+        }
+    }
+
+    pub(super) fn is_valid(self) -> bool {
+        match self {
+            Loss::Square => true,
+            Loss::Huber { scale } | Loss::Cauchy { scale } | Loss::GemanMcClure { scale } => {
+                scale > 0.0 && scale.is_finite()
+            }
+        }
+    }
+}

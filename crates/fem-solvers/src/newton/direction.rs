@@ -1,0 +1,284 @@
+//! The Newton direction: one linear solve, repaired where the Hessian is indefinite.
+
+use super::{
+    Definiteness, DefinitenessPolicy, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
+    PreconditionerChoice,
+};
+use crate::block_matrix::BlockSymmetric;
+use crate::cholesky::{CholeskyError, CholeskyFactor, SymbolicCholesky};
+use crate::dense_qr::PivotedQr;
+use crate::operator::AssumedPositiveDefinite;
+use crate::pcg::{PcgError, PcgParams, pcg};
+use crate::preconditioner::{BlockIc0, BlockJacobi, Identity, PreconditionerError};
+use crate::vector::{dot, first_non_finite};
+use std::sync::Arc;
+
+/// Largest system for dense QR.
+const QR_LIMIT: usize = 3_000;
+/// Flops of a factorisation below which nothing else is tried.
+const CHEAP_FACTOR: f64 = 4e8;
+/// Flops of a dense front that take as long as moving one byte of a sparse product.
+const FLOPS_PER_BYTE: f64 = 4.0;
+
+/// What is kept between steps and between solves.
+pub(super) struct Workspace<const D: usize> {
+    pub symbolic: Option<Arc<SymbolicCholesky<D>>>,
+    pub coordinates: Option<Vec<[f64; D]>>,
+    pub factor: Option<CholeskyFactor<f64, D>>,
+    pub matrix: BlockSymmetric<D>,
+    /// Set once conjugate gradients proved dearer than factorising.
+    pub prefer_direct: bool,
+}
+
+/// A descent direction and what it took.
+pub(super) struct Direction {
+    pub dx: Vec<f64>,
+    pub definiteness: Definiteness,
+    pub linear_iterations: usize,
+    pub factorizations: usize,
+}
+
+impl<const D: usize> Workspace<D> {
+    /// The analysis, made on first use.
+    pub fn symbolic(&mut self) -> &Arc<SymbolicCholesky<D>> {
+        let (pattern, coordinates) = (self.matrix.pattern(), &self.coordinates);
+        self.symbolic.get_or_insert_with(|| {
+            Arc::new(match coordinates {
+                Some(points) => SymbolicCholesky::with_coordinates(pattern, points),
+                None => SymbolicCholesky::new(pattern),
+            })
+        })
+    }
+
+    /// Factors the matrix as it stands.
+    pub fn factor(&mut self) -> Result<&CholeskyFactor<f64, D>, CholeskyError> {
+        let symbolic = self.symbolic().clone();
+        let factor = self
+            .factor
+            .get_or_insert_with(|| CholeskyFactor::allocate(&symbolic));
+        factor.refactor(&self.matrix)?;
+        Ok(factor)
+    }
+
+    /// A direction `dx` with `K dx ≈ −g` and `gᵀdx < 0`, `‖K dx + g‖ ≤ forcing ‖g‖`.
+    pub fn direction(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+        g: &[f64],
+        forcing: f64,
+        params: &NewtonParams,
+    ) -> Result<Direction, NewtonFailure> {
+        let stages: &[Definiteness] = match params.definiteness {
+            DefinitenessPolicy::ExactFirst => &[Definiteness::Exact, Definiteness::Projected],
+            DefinitenessPolicy::AlwaysProjected => &[Definiteness::Projected],
+        };
+        let mut result = Direction {
+            dx: Vec::new(),
+            definiteness: Definiteness::Exact,
+            linear_iterations: 0,
+            factorizations: 0,
+        };
+        let rhs: Vec<f64> = g.iter().map(|v| -v).collect();
+        for &definiteness in stages {
+            problem.hessian(x, definiteness, &mut self.matrix);
+            self.check_finite()?;
+            result.definiteness = definiteness;
+            if self.attempt(&rhs, forcing, params, &mut result)? {
+                return Ok(result);
+            }
+        }
+        // A projected matrix can still be singular: add to its diagonal until it is not.
+        let scale = self
+            .matrix
+            .diagonal()
+            .iter()
+            .fold(0.0_f64, |m, v| m.max(v.abs()));
+        let mut shift = 1e-9 * if scale > 0.0 { scale } else { 1.0 };
+        let mut added = 0.0;
+        let mut last = CholeskyError::NotPositiveDefinite { block_row: 0 };
+        for _ in 0..14 {
+            self.matrix.shift_diagonal(shift - added);
+            added = shift;
+            result.factorizations += 1;
+            match self.factor() {
+                Ok(factor) => {
+                    let mut dx = rhs.clone();
+                    factor.solve_in_place(&mut dx);
+                    if descends(&dx, &rhs) {
+                        result.dx = dx;
+                        return Ok(result);
+                    }
+                }
+                Err(error @ CholeskyError::NotPositiveDefinite { .. }) => last = error,
+                Err(error) => return Err(error.into()),
+            }
+            shift *= 10.0;
+        }
+        Err(last.into())
+    }
+
+    fn check_finite(&self) -> Result<(), NewtonFailure> {
+        let bad = self
+            .matrix
+            .values()
+            .iter()
+            .position(|b| b.iter().flatten().any(|v| !v.is_finite()));
+        match bad {
+            None => Ok(()),
+            Some(index) => Err(NewtonFailure::NonFinite {
+                what: "the Hessian (stored block)",
+                index,
+            }),
+        }
+    }
+
+    /// One linear solve with the matrix as it stands; `false` when the matrix is not positive definite.
+    fn attempt(
+        &mut self,
+        rhs: &[f64],
+        forcing: f64,
+        params: &NewtonParams,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        match params.linear_solver {
+            LinearSolver::Direct => self.direct(rhs, result),
+            LinearSolver::QrLeastSquares => self.dense_qr(rhs, result),
+            LinearSolver::Pcg {
+                preconditioner,
+                max_iterations,
+            } => {
+                let budget = max_iterations;
+                match self.iterative(rhs, forcing, preconditioner, budget, result)? {
+                    Outcome::Done => Ok(true),
+                    Outcome::Indefinite => Ok(false),
+                    Outcome::TooSlow => self.direct(rhs, result),
+                }
+            }
+            LinearSolver::Auto => {
+                let flops = self.symbolic().flops();
+                if self.prefer_direct || flops < CHEAP_FACTOR {
+                    return self.direct(rhs, result);
+                }
+                // One iteration moves the matrix and its incomplete factor, the latter twice.
+                let bytes = 3.0 * (8 * D * D * self.matrix.pattern().stored()) as f64;
+                let budget = (flops / (FLOPS_PER_BYTE * bytes)).ceil() as usize;
+                match self.iterative(
+                    rhs,
+                    forcing,
+                    PreconditionerChoice::BlockIc0,
+                    budget,
+                    result,
+                )? {
+                    Outcome::Done => Ok(true),
+                    Outcome::Indefinite => Ok(false),
+                    Outcome::TooSlow => {
+                        self.prefer_direct = true;
+                        self.direct(rhs, result)
+                    }
+                }
+            }
+        }
+    }
+
+    fn direct(&mut self, rhs: &[f64], result: &mut Direction) -> Result<bool, NewtonFailure> {
+        result.factorizations += 1;
+        match self.factor() {
+            Ok(factor) => {
+                let mut dx = rhs.to_vec();
+                factor.solve_in_place(&mut dx);
+                let good = descends(&dx, rhs);
+                result.dx = dx;
+                Ok(good)
+            }
+            Err(CholeskyError::NotPositiveDefinite { .. }) => Ok(false),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn dense_qr(&mut self, rhs: &[f64], result: &mut Direction) -> Result<bool, NewtonFailure> {
+        let n = rhs.len();
+        if n > QR_LIMIT {
+            return Err(NewtonFailure::TooLargeForQr {
+                found: n,
+                limit: QR_LIMIT,
+            });
+        }
+        result.factorizations += 1;
+        let dx = PivotedQr::new(self.matrix.to_dense(), n, n).least_squares(rhs);
+        let good = descends(&dx, rhs);
+        result.dx = dx;
+        Ok(good)
+    }
+
+    fn iterative(
+        &mut self,
+        rhs: &[f64],
+        forcing: f64,
+        preconditioner: PreconditionerChoice,
+        budget: usize,
+        result: &mut Direction,
+    ) -> Result<Outcome, NewtonFailure> {
+        let op = AssumedPositiveDefinite(&self.matrix);
+        let params = PcgParams {
+            relative_tolerance: forcing,
+            max_iterations: budget,
+            ..PcgParams::default()
+        };
+        let mut dx = vec![0.0; rhs.len()];
+        let outcome = match preconditioner {
+            PreconditionerChoice::Identity => pcg(&op, &Identity, rhs, &mut dx, &params),
+            PreconditionerChoice::BlockJacobi => match BlockJacobi::new(&self.matrix) {
+                Ok(m) => pcg(&op, &m, rhs, &mut dx, &params),
+                Err(PreconditionerError::NonFinite { block }) => {
+                    return Err(PreconditionerError::NonFinite { block }.into());
+                }
+                Err(_) => return Ok(Outcome::Indefinite),
+            },
+            PreconditionerChoice::BlockIc0 => match BlockIc0::new(&self.matrix) {
+                Ok(m) => pcg(&op, &m, rhs, &mut dx, &params),
+                Err(PreconditionerError::NonFinite { block }) => {
+                    return Err(PreconditionerError::NonFinite { block }.into());
+                }
+                Err(_) => return Ok(Outcome::Indefinite),
+            },
+        };
+        match outcome {
+            Ok(info) => {
+                result.linear_iterations += info.iterations;
+                let good = descends(&dx, rhs);
+                result.dx = dx;
+                Ok(if good {
+                    Outcome::Done
+                } else {
+                    Outcome::Indefinite
+                })
+            }
+            Err(
+                PcgError::NegativeCurvature { iteration, .. }
+                | PcgError::Preconditioner { iteration },
+            ) => {
+                result.linear_iterations += iteration;
+                Ok(Outcome::Indefinite)
+            }
+            Err(
+                PcgError::NotConverged { iterations, .. } | PcgError::Stagnated { iterations, .. },
+            ) => {
+                result.linear_iterations += iterations;
+                Ok(Outcome::TooSlow)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+enum Outcome {
+    Done,
+    Indefinite,
+    TooSlow,
+}
+
+/// Finite and downhill: `gᵀdx < 0` with `rhs = −g`.
+fn descends(dx: &[f64], rhs: &[f64]) -> bool {
+    first_non_finite(dx).is_none() && dot(dx, rhs) > 0.0
+}

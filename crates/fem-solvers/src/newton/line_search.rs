@@ -1,0 +1,94 @@
+//! Backtracking that still works when energy differences drown in rounding.
+
+use super::{LineSearchParams, Merit, NonlinearProblem};
+use crate::vector::{dot, first_non_finite, norm};
+
+/// The state from which a search starts.
+pub(super) struct Start<'a> {
+    pub x: &'a [f64],
+    pub direction: &'a [f64],
+    pub gradient: &'a [f64],
+    pub energy: f64,
+    /// Largest absolute energy met so far.
+    pub energy_scale: f64,
+}
+
+/// An accepted step.
+pub(super) struct Accepted {
+    pub t: f64,
+    pub energy: f64,
+    pub evaluations: usize,
+}
+
+/// Finds `t` so that `x + t·direction` is acceptable; `trial` and `gradient` are left there.
+///
+/// `None` when no share of the direction is.
+pub(super) fn search<const D: usize>(
+    problem: &(impl NonlinearProblem<D> + ?Sized),
+    start: &Start<'_>,
+    params: &LineSearchParams,
+    trial: &mut [f64],
+    gradient: &mut [f64],
+) -> Option<Accepted> {
+    let slope = dot(start.gradient, start.direction);
+    let norm0 = norm(start.gradient);
+    let cap = problem.largest_step(start.x, start.direction);
+    let mut t = if cap > 0.0 && cap < 1.0 { cap } else { 1.0 };
+    for backtracks in 0..=params.max_backtracks {
+        for ((trial, x), d) in trial.iter_mut().zip(start.x).zip(start.direction) {
+            *trial = x + t * d;
+        }
+        let evaluations = backtracks + 1;
+        let next = match problem.merit() {
+            Merit::Energy => {
+                let energy = problem.energy(trial);
+                let change = energy - start.energy;
+                let rounding = params.rounding * start.energy_scale.max(energy.abs());
+                let decreases = change <= params.sufficient_decrease * t * slope;
+                let clear = decreases && -change > rounding;
+                // Too close to tell by energies: the slope must shrink instead (Hager & Zhang 2005).
+                if clear || change <= rounding {
+                    problem.gradient(trial, gradient);
+                    let finite = first_non_finite(gradient).is_none();
+                    if finite
+                        && (clear || settles(gradient, start.direction, slope, norm0, decreases))
+                    {
+                        return Some(Accepted {
+                            t,
+                            energy,
+                            evaluations,
+                        });
+                    }
+                }
+                // Minimiser of the parabola through both energies, kept within [t/10, t/2].
+                let parabola = -0.5 * slope * t * t / (change - slope * t);
+                if parabola.is_finite() {
+                    parabola.clamp(0.1 * t, 0.5 * t)
+                } else {
+                    0.5 * t
+                }
+            }
+            Merit::ResidualNorm => {
+                let energy = problem.energy_and_gradient(trial, gradient);
+                let reduced = norm(gradient) <= (1.0 - params.sufficient_decrease * t) * norm0;
+                if energy < f64::INFINITY && reduced && first_non_finite(gradient).is_none() {
+                    return Some(Accepted {
+                        t,
+                        energy,
+                        evaluations,
+                    });
+                }
+                0.5 * t
+            }
+        };
+        t = next;
+    }
+    None
+}
+
+/// Whether the gradient at the trial point shows progress where energies cannot.
+fn settles(gradient: &[f64], direction: &[f64], slope: f64, norm0: f64, decreases: bool) -> bool {
+    let slope_now = dot(gradient, direction).abs();
+    let norm_now = norm(gradient);
+    norm_now < 0.9 * norm0 || slope_now <= 0.5 * slope.abs() || (decreases && norm_now <= norm0)
+}

@@ -1,0 +1,232 @@
+//! Settings, results and errors of Newton's method.
+
+use crate::cholesky::CholeskyError;
+use crate::pcg::PcgError;
+use crate::preconditioner::PreconditionerError;
+use thiserror::Error;
+
+/// How the Newton direction is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LinearSolver {
+    /// Sparse Cholesky, `f64`.
+    Direct,
+    /// Inexact Newton: conjugate gradients to the accuracy that the current step deserves
+    /// (Eisenstat & Walker 1996, choice 2).
+    Pcg {
+        /// The preconditioner.
+        preconditioner: PreconditionerChoice,
+        /// Iterations per Newton step before the direct solver takes over.
+        max_iterations: usize,
+    },
+    /// Dense QR: the least-squares solution of `K dx = −g` (doc 000, section 5.1), of small systems only.
+    QrLeastSquares,
+    /// Starts with the cheaper of the two by an operation count and changes to Cholesky when the
+    /// conjugate gradients of one step cost more than a factorisation.
+    Auto,
+}
+
+/// Which preconditioner conjugate gradients use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PreconditionerChoice {
+    /// None: doc 000, Algorithm 1.
+    Identity,
+    /// The inverse of the block diagonal.
+    BlockJacobi,
+    /// Incomplete Cholesky without fill.
+    BlockIc0,
+}
+
+/// When to use a projected Hessian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DefinitenessPolicy {
+    /// The exact one first; the projected one for a step whose matrix shows negative curvature.
+    ExactFirst,
+    /// Always the projected one.
+    AlwaysProjected,
+}
+
+/// Backtracking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineSearchParams {
+    /// Share of the predicted decrease that a step must reach (Armijo 1966), in (0, ½).
+    pub sufficient_decrease: f64,
+    /// Halvings before the search fails.
+    pub max_backtracks: usize,
+    /// Differences of energy below this share of the largest energy met are rounding.
+    pub rounding: f64,
+}
+
+impl Default for LineSearchParams {
+    fn default() -> Self {
+        Self {
+            sufficient_decrease: 1e-4,
+            max_backtracks: 40,
+            rounding: 1e-11,
+        }
+    }
+}
+
+/// Settings of Newton's method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonParams {
+    /// Converged when the largest gradient entry is at most this, in the unit of the gradient.
+    pub gradient_tolerance: f64,
+    /// … or at most this share of `reference`.
+    pub relative_gradient_tolerance: f64,
+    /// Size of a typical gradient; the largest entry at the start if `None`.
+    pub reference: Option<f64>,
+    /// … or when the largest entry of a full step is at most this, in the unit of `x`.
+    pub step_tolerance: f64,
+    /// Most Newton steps.
+    pub max_iterations: usize,
+    /// How directions are computed.
+    pub linear_solver: LinearSolver,
+    /// Which Hessian is used.
+    pub definiteness: DefinitenessPolicy,
+    /// Backtracking.
+    pub line_search: LineSearchParams,
+}
+
+impl Default for NewtonParams {
+    fn default() -> Self {
+        Self {
+            gradient_tolerance: 0.0,
+            relative_gradient_tolerance: 1e-8,
+            reference: None,
+            step_tolerance: 0.0,
+            max_iterations: 100,
+            linear_solver: LinearSolver::Auto,
+            definiteness: DefinitenessPolicy::ExactFirst,
+            line_search: LineSearchParams::default(),
+        }
+    }
+}
+
+/// Which test ended a converged solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The absolute gradient tolerance.
+    Gradient,
+    /// The gradient tolerance relative to the reference.
+    RelativeGradient,
+    /// The step tolerance.
+    Step,
+}
+
+/// One step, for an observer. `t = 0` and `step = 0` in the report of the starting point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonIteration {
+    /// Steps taken so far.
+    pub iteration: usize,
+    /// Energy after the step.
+    pub energy: f64,
+    /// Largest gradient entry after the step.
+    pub gradient_norm: f64,
+    /// Largest entry of the step taken.
+    pub step: f64,
+    /// Share of the Newton direction taken.
+    pub t: f64,
+    /// Conjugate gradient iterations; 0 for a direct solve.
+    pub linear_iterations: usize,
+    /// The Hessian that gave the direction.
+    pub definiteness: super::Definiteness,
+}
+
+/// A converged solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonInfo {
+    /// Newton steps.
+    pub iterations: usize,
+    /// Energy at the solution.
+    pub energy: f64,
+    /// Largest gradient entry at the solution.
+    pub gradient_norm: f64,
+    /// The test that was met.
+    pub stop: StopReason,
+    /// Numeric factorisations done.
+    pub factorizations: usize,
+    /// Conjugate gradient iterations, all steps together.
+    pub linear_iterations: usize,
+    /// Energy evaluations, those with the gradient included.
+    pub evaluations: usize,
+    /// Steps that needed a projected or shifted Hessian.
+    pub projected_steps: usize,
+}
+
+/// What went wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NewtonFailure {
+    /// `max_iterations` steps were not enough.
+    #[error("not converged")]
+    NotConverged,
+    /// No share of the direction lowers the energy.
+    #[error("the line search found no decrease along the last direction (slope {slope:e})")]
+    LineSearchFailed {
+        /// `gᵀ dx` of the direction.
+        slope: f64,
+    },
+    /// The start lies outside the domain.
+    #[error("the starting point lies outside the domain: its energy is {energy}")]
+    OutsideDomain {
+        /// The energy.
+        energy: f64,
+    },
+    /// NaN or infinity in what the problem returned.
+    #[error("{what} is not finite at index {index}")]
+    NonFinite {
+        /// Which quantity.
+        what: &'static str,
+        /// First bad index.
+        index: usize,
+    },
+    /// A slice does not have the problem's length.
+    #[error("x has length {found}, the problem has {expected} unknowns")]
+    Dimension {
+        /// Length of `x`.
+        found: usize,
+        /// `D · blocks`.
+        expected: usize,
+    },
+    /// The problem's pattern is not the one this solver was made for.
+    #[error(
+        "the problem's pattern differs from the one the solver was made for; make a new solver"
+    )]
+    PatternMismatch,
+    /// The factorisation failed even with a projected, shifted Hessian.
+    #[error("linear solve: {0}")]
+    Cholesky(#[from] CholeskyError),
+    /// Conjugate gradients failed.
+    #[error("linear solve: {0}")]
+    Pcg(#[from] PcgError),
+    /// No preconditioner.
+    #[error("linear solve: {0}")]
+    Preconditioner(#[from] PreconditionerError),
+    /// Dense QR was asked for too large a system.
+    #[error(
+        "dense QR is limited to {limit} unknowns, the problem has {found}; use another linear solver"
+    )]
+    TooLargeForQr {
+        /// Unknowns.
+        found: usize,
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// A solve that did not converge; `x` holds the last accepted state, which these numbers describe.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error(
+    "Newton's method stopped after {iteration} steps at energy {energy:e}, gradient {gradient_norm:e}: {reason}"
+)]
+pub struct NewtonError {
+    /// Steps accepted.
+    pub iteration: usize,
+    /// Energy of the last accepted state.
+    pub energy: f64,
+    /// Its largest gradient entry.
+    pub gradient_norm: f64,
+    /// Why it stopped.
+    #[source]
+    pub reason: NewtonFailure,
+}

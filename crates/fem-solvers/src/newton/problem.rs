@@ -1,0 +1,78 @@
+//! What Newton's method asks of a problem.
+
+use crate::block_matrix::{BlockPattern, BlockSymmetric};
+use std::sync::Arc;
+
+/// Which Hessian to assemble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Definiteness {
+    /// The second derivative as it is, possibly indefinite.
+    Exact,
+    /// Each element's part with its negative eigenvalues set to zero.
+    Projected,
+    /// Each element's part with its negative eigenvalues replaced by their absolute values.
+    Absolute,
+}
+
+/// What a step must lower to be accepted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Merit {
+    /// The energy, of which the gradient is the exact derivative.
+    Energy,
+    /// The norm of the residual, for fields that are the gradient of no energy.
+    ResidualNorm,
+}
+
+/// A smooth function of `D · blocks` unknowns to be minimised, or a residual to be brought to zero.
+///
+/// `x`, `g` and `dx` are node-major: entry `D·i + a` belongs to block `i`. Energies are in J,
+/// gradients in N, unknowns in m when the problem is mechanical; the solver assumes no unit.
+pub trait NonlinearProblem<const D: usize> {
+    /// Number of D×D block rows; the dimension is `D · blocks`.
+    fn blocks(&self) -> usize;
+
+    /// Where the Hessian's blocks are; the same for every `x`.
+    fn pattern(&self) -> Arc<BlockPattern>;
+
+    /// `E(x)`; `+∞` outside the domain.
+    fn energy(&self, x: &[f64]) -> f64;
+
+    /// `g = ∂E/∂x`; `g` is overwritten.
+    fn gradient(&self, x: &[f64], g: &mut [f64]);
+
+    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten.
+    fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<D>);
+
+    /// One point per block for a geometric ordering, in any unit and of any configuration.
+    fn coordinates(&self) -> Option<Vec<[f64; D]>> {
+        None
+    }
+
+    /// What a step must lower.
+    fn merit(&self) -> Merit {
+        Merit::Energy
+    }
+
+    /// Energy and gradient together, where that is cheaper.
+    fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
+        self.gradient(x, g);
+        self.energy(x)
+    }
+
+    /// Gradient and Hessian together, where that is cheaper.
+    fn gradient_and_hessian(
+        &self,
+        x: &[f64],
+        definiteness: Definiteness,
+        g: &mut [f64],
+        out: &mut BlockSymmetric<D>,
+    ) {
+        self.gradient(x, g);
+        self.hessian(x, definiteness, out);
+    }
+
+    /// The largest `t` in `(0, 1]` for which `x + t dx` is safely inside the domain.
+    fn largest_step(&self, _x: &[f64], _dx: &[f64]) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,71 @@
+//! What an iterative solver needs to know of a matrix and of a preconditioner.
+
+/// What the maker of an operator vouches for. Solvers insist on it instead of guessing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Structure {
+    /// Nothing is known.
+    General,
+    /// `A = Aᵀ`, of any signature.
+    Symmetric,
+    /// `A = Aᵀ` and `xᵀAx ≥ 0`; a null space is allowed.
+    SymmetricPositiveSemidefinite,
+    /// `A = Aᵀ` and `xᵀAx > 0` for every `x ≠ 0`.
+    SymmetricPositiveDefinite,
+}
+
+/// A square linear map `y = A x` on slices; the matrix itself need not exist.
+pub trait LinearOperator {
+    /// Number of rows, which is the number of columns.
+    fn dim(&self) -> usize;
+    /// What the operator claims to be.
+    fn structure(&self) -> Structure;
+    /// `y = A x`. Both slices have length [`dim`](Self::dim); `y` is overwritten.
+    fn apply(&self, x: &[f64], y: &mut [f64]);
+}
+
+/// An approximate inverse `z ≈ A⁻¹ r`, symmetric positive definite.
+pub trait Preconditioner {
+    /// `z = M⁻¹ r`. Both slices have the operator's length; `z` is overwritten.
+    fn apply(&self, r: &[f64], z: &mut [f64]);
+}
+
+/// An operator taken for positive definite on trust.
+///
+/// Conjugate gradients notice when the trust was misplaced: the first direction of negative
+/// curvature ends the solve with [`PcgError::NegativeCurvature`](crate::PcgError). Newton's method
+/// uses this to try a plain Hessian before a projected one.
+#[derive(Clone, Copy, Debug)]
+pub struct AssumedPositiveDefinite<'a, A: ?Sized>(pub &'a A);
+
+impl<A: LinearOperator + ?Sized> LinearOperator for AssumedPositiveDefinite<'_, A> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        match self.0.structure() {
+            Structure::General => Structure::General,
+            _ => Structure::SymmetricPositiveDefinite,
+        }
+    }
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.0.apply(x, y);
+    }
+}
+
+impl<A: LinearOperator + ?Sized> LinearOperator for &A {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn structure(&self) -> Structure {
+        (**self).structure()
+    }
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        (**self).apply(x, y);
+    }
+}
+
+impl<P: Preconditioner + ?Sized> Preconditioner for &P {
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        (**self).apply(r, z);
+    }
+}

@@ -1,0 +1,76 @@
+//! The inverse of the block diagonal.
+
+use crate::block_matrix::BlockSymmetric;
+use crate::operator::Preconditioner;
+use crate::small;
+use thiserror::Error;
+
+/// Why no preconditioner could be built.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum PreconditionerError {
+    /// A diagonal block is not positive definite, so the matrix is not either.
+    #[error("diagonal block {block} is not positive definite: the matrix is not either")]
+    NotPositiveDefinite {
+        /// Block row.
+        block: usize,
+    },
+    /// The matrix holds a NaN or an infinity.
+    #[error("block row {block} holds a value that is not finite")]
+    NonFinite {
+        /// Block row.
+        block: usize,
+    },
+    /// Even a diagonal shift as large as the diagonal did not make the factorisation exist.
+    #[error(
+        "incomplete Cholesky broke down at block row {block} for every shift up to {shift:e} of the diagonal"
+    )]
+    Breakdown {
+        /// Block row of the last breakdown.
+        block: usize,
+        /// The last relative shift tried.
+        shift: f64,
+    },
+}
+
+/// `z_i = A_ii⁻¹ r_i` for each D×D diagonal block.
+#[derive(Clone, Debug)]
+pub struct BlockJacobi<const D: usize> {
+    inverses: Vec<[[f64; D]; D]>,
+}
+
+impl<const D: usize> BlockJacobi<D> {
+    /// Inverts the diagonal blocks.
+    ///
+    /// # Errors
+    /// [`PreconditionerError`] names the first block that is not positive definite or not finite.
+    pub fn new(matrix: &BlockSymmetric<D>) -> Result<Self, PreconditionerError> {
+        let inverses = (0..matrix.pattern().blocks())
+            .map(|block| {
+                let a = matrix.diagonal_block(block);
+                if a.iter().flatten().any(|v| !v.is_finite()) {
+                    return Err(PreconditionerError::NonFinite { block });
+                }
+                small::inverse_positive_definite(a)
+                    .ok_or(PreconditionerError::NotPositiveDefinite { block })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self { inverses })
+    }
+}
+
+impl<const D: usize> Preconditioner for BlockJacobi<D> {
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        let (r, _) = r.as_chunks::<D>();
+        let (z, _) = z.as_chunks_mut::<D>();
+        for ((inverse, r), z) in self.inverses.iter().zip(r).zip(z) {
+            for i in 0..D {
+                let mut sum = 0.0;
+                for k in 0..D {
+                    sum += inverse[i][k] * r[k];
+                }
+                z[i] = sum;
+            }
+        }
+    }
+}

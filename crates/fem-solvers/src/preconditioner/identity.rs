@@ -1,0 +1,13 @@
+//! No preconditioning.
+
+use crate::operator::Preconditioner;
+
+/// `z = r`: plain conjugate gradients (doc 000, Algorithm 1).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Identity;
+
+impl Preconditioner for Identity {
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+    }
+}

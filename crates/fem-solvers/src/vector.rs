@@ -1,0 +1,68 @@
+//! Sums over long slices in a fixed order.
+
+use rayon::prelude::*;
+
+/// Entries per partial sum; the cut does not depend on the number of threads.
+const CHUNK: usize = 4096;
+/// Length from which the partial sums are worth a second thread.
+const PARALLEL: usize = 200_000;
+
+fn dot_chunk(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; 8];
+    let (a8, a_rest) = a.as_chunks::<8>();
+    let (b8, b_rest) = b.as_chunks::<8>();
+    for (x, y) in a8.iter().zip(b8) {
+        for k in 0..8 {
+            lanes[k] += x[k] * y[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5]))
+        + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
+        + rest
+}
+
+/// `aᵀ b`.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() >= PARALLEL {
+        let partial: Vec<f64> = a
+            .par_chunks(CHUNK)
+            .zip(b.par_chunks(CHUNK))
+            .map(|(x, y)| dot_chunk(x, y))
+            .collect();
+        partial.iter().sum()
+    } else {
+        a.chunks(CHUNK)
+            .zip(b.chunks(CHUNK))
+            .map(|(x, y)| dot_chunk(x, y))
+            .sum()
+    }
+}
+
+/// Euclidean norm.
+pub(crate) fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Largest absolute entry; NaN if there is one.
+pub(crate) fn norm_inf(a: &[f64]) -> f64 {
+    a.iter().fold(0.0, |m: f64, v| {
+        if v.is_nan() || m.is_nan() {
+            f64::NAN
+        } else {
+            m.max(v.abs())
+        }
+    })
+}
+
+/// `y += a x`.
+pub(crate) fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
+}
+
+/// Index of the first entry that is not finite.
+pub(crate) fn first_non_finite(a: &[f64]) -> Option<usize> {
+    a.iter().position(|v| !v.is_finite())
+}
