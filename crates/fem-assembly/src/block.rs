@@ -1,0 +1,134 @@
+//! Eight elements side by side, as the kernels read them.
+
+use crate::dofs::FIXED;
+use crate::error::AssemblyError;
+use fem_kinematics::{F64x8, Mat, Real};
+
+/// Elements in one block: the lanes of [`F64x8`].
+pub(crate) const LANES: usize = 8;
+/// Most vertices that a simplex has here; triangles use three of the four places.
+pub(crate) const VERTICES: usize = 4;
+/// Most pairs (a ≥ b) of vertices: the lower half of the element stiffness.
+pub(crate) const PAIRS: usize = VERTICES * (VERTICES + 1) / 2;
+
+/// Place of pair (a, b), a ≥ b, in lists of pairs.
+#[inline(always)]
+pub(crate) const fn pair(a: usize, b: usize) -> usize {
+    a * (a + 1) / 2 + b
+}
+
+/// The rest state of one simplex. Vertices are sorted by their row among the unknowns, prescribed
+/// ones last, so that the lower half of its stiffness lands in the lower half of the Hessian.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RestElement<const D: usize> {
+    pub nodes: [u32; VERTICES],
+    pub rows: [u32; VERTICES],
+    /// D_m⁻¹: row a − 1 is the gradient of the shape function of vertex a.
+    pub inverse_shape: Mat<f64, D>,
+    /// |det D_m|/D!
+    pub volume: f64,
+}
+
+impl<const D: usize> RestElement<D> {
+    pub fn new(
+        element: usize,
+        nodes: &[u32],
+        rest: &[[f64; D]],
+        rank: &[u32],
+    ) -> Result<Self, AssemblyError> {
+        let mut sorted = [0; VERTICES];
+        for (place, &node) in sorted.iter_mut().zip(nodes) {
+            if node as usize >= rest.len() {
+                let (node, count) = (node as usize, rest.len());
+                return Err(AssemblyError::NoSuchNode { node, count });
+            }
+            *place = node;
+        }
+        sorted[..=D].sort_by_key(|&n| (rank[n as usize], n));
+        let origin = rest[sorted[0] as usize];
+        let shape = Mat::<f64, D>::from_fn(|i, j| rest[sorted[j + 1] as usize][i] - origin[i]);
+        let factorial = if D == 2 { 2.0 } else { 6.0 };
+        let volume = shape.determinant().abs() / factorial;
+        let inverse_shape = shape.inverse();
+        let usable = volume > 0.0
+            && volume.is_finite()
+            && inverse_shape.0.iter().flatten().all(|v| v.is_finite());
+        if !usable {
+            let nodes = nodes.to_vec();
+            return Err(AssemblyError::DegenerateElement { element, volume, nodes });
+        }
+        let mut rows = [FIXED; VERTICES];
+        for a in 0..=D {
+            rows[a] = rank[sorted[a] as usize];
+        }
+        Ok(Self { nodes: sorted, rows, inverse_shape, volume })
+    }
+
+    /// Are all its vertices prescribed?
+    pub fn is_prescribed(&self) -> bool {
+        self.rows[0] == FIXED
+    }
+}
+
+/// Eight elements. Unused lanes repeat the last element with volume 0 and no rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Block<const D: usize> {
+    pub nodes: [[u32; LANES]; VERTICES],
+    pub inverse_shape: Mat<F64x8, D>,
+    pub volume: F64x8,
+    /// How many lanes are in use.
+    pub used: usize,
+}
+
+impl<const D: usize> Block<D> {
+    /// Packs one to eight elements.
+    pub fn pack(elements: &[RestElement<D>]) -> Self {
+        let at = |lane: usize| &elements[lane.min(elements.len() - 1)];
+        Self {
+            nodes: core::array::from_fn(|a| core::array::from_fn(|lane| at(lane).nodes[a])),
+            inverse_shape: Mat::from_fn(|i, j| {
+                fem_kinematics::Lanes(core::array::from_fn(|lane| at(lane).inverse_shape.0[i][j]))
+            }),
+            volume: fem_kinematics::Lanes(core::array::from_fn(|lane| {
+                if lane < elements.len() { elements[lane].volume } else { 0.0 }
+            })),
+            used: elements.len(),
+        }
+    }
+
+    /// D_s of a nodal field: column a − 1 is the field at vertex a less that at vertex 0.
+    #[inline(always)]
+    fn shape_matrix(&self, field: &[[f64; D]]) -> Mat<F64x8, D> {
+        let mut shape = Mat::<F64x8, D>::zeros();
+        for lane in 0..LANES {
+            let origin = field[self.nodes[0][lane] as usize];
+            for a in 0..D {
+                let vertex = field[self.nodes[a + 1][lane] as usize];
+                for i in 0..D {
+                    shape.0[i][a].0[lane] = vertex[i] - origin[i];
+                }
+            }
+        }
+        shape
+    }
+
+    /// F = D_s D_m⁻¹ of positions; dF of displacements (document 000, 4.1).
+    #[inline(always)]
+    pub fn deformation_gradient(&self, field: &[[f64; D]]) -> Mat<F64x8, D> {
+        self.shape_matrix(field) * self.inverse_shape
+    }
+
+    /// ∂E/∂x at each vertex, V P ∇Nₐ: minus the finite-volume force g = P B_m of document 000, 4.4.
+    #[inline(always)]
+    pub fn nodal_gradient(&self, P: &Mat<F64x8, D>) -> [[F64x8; D]; VERTICES] {
+        let mut gradient = [[F64x8::zero(); D]; VERTICES];
+        for a in 0..D {
+            let column = P.mul_vec(self.inverse_shape.0[a]);
+            for i in 0..D {
+                gradient[a + 1][i] = column[i] * self.volume;
+                gradient[0][i] -= gradient[a + 1][i];
+            }
+        }
+        gradient
+    }
+}

@@ -1,0 +1,75 @@
+//! What can be wrong with the input of an assembly.
+
+/// Input that no equilibrium problem can be built from.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
+pub enum AssemblyError {
+    /// Node indices are 32 bits wide.
+    #[error("{count} nodes are more than 32-bit indices can name; split the mesh")]
+    TooManyNodes {
+        /// Nodes given.
+        count: usize,
+    },
+    /// A node index past the end.
+    #[error("node {node} does not exist: the mesh has {count} nodes, counted from 0")]
+    NoSuchNode {
+        /// The index given.
+        node: usize,
+        /// Nodes of the mesh.
+        count: usize,
+    },
+    /// An axis past the last.
+    #[error("axis {axis} does not exist in {dimension}D; axes count from 0")]
+    NoSuchAxis {
+        /// The axis given.
+        axis: usize,
+        /// Dimension D.
+        dimension: usize,
+    },
+    /// An element index past the end.
+    #[error("element {element} does not exist: the mesh has {count} elements, counted from 0")]
+    NoSuchElement {
+        /// The index given.
+        element: usize,
+        /// Elements of the mesh.
+        count: usize,
+    },
+    /// A list that should have one entry for each node, element or muscle.
+    #[error("{what}: {found} values given, {expected} needed")]
+    WrongLength {
+        /// What the list holds.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length needed.
+        expected: usize,
+    },
+    /// An element whose rest volume is zero or not a number.
+    #[error("element {element} has rest volume {volume:e}; remove it or move its nodes {nodes:?} apart")]
+    DegenerateElement {
+        /// Its index.
+        element: usize,
+        /// Its volume (area in 2D).
+        volume: f64,
+        /// Its nodes.
+        nodes: Vec<u32>,
+    },
+    /// NaN or ∞ where a number is needed.
+    #[error("{what} {index} is not finite")]
+    NotFinite {
+        /// What the number belongs to.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+    },
+    /// A fibre that points nowhere.
+    #[error("fibre {index} (element {element}) has length {length}; give a unit vector")]
+    NoDirection {
+        /// Index in the list of fibres.
+        index: usize,
+        /// Its element.
+        element: usize,
+        /// Its length.
+        length: f64,
+    },
+}

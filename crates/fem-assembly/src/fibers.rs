@@ -1,0 +1,164 @@
+//! Muscle fibres over a mesh, each in its own element, direction and activation channel.
+
+use crate::block::LANES;
+use crate::builder::{AssemblyBuilder, Entry, Packing};
+use crate::error::AssemblyError;
+use crate::law::Law;
+use crate::part::{Elements, Part};
+use fem_kinematics::{F64x8, Lanes, Mat, Real, Tensor4};
+use fem_materials::curves::TensionCurve;
+use fem_materials::{DefinitenessFilter, FiberLaw, FiberTerm};
+
+/// One fibre family in one element. An element may carry several; their energies add up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fiber {
+    /// The element.
+    pub element: usize,
+    /// The activation channel (the muscle).
+    pub channel: usize,
+    /// Direction in the rest shape, of length 1; its sign means nothing.
+    pub direction: [f64; 3],
+    /// σ_max times the muscle's share of the element, pascals.
+    pub peak: f64,
+    /// λ_ofl, the stretch at which the active tension peaks.
+    pub optimal_stretch: f64,
+}
+
+impl AssemblyBuilder<3> {
+    /// Adds fibres of one tension curve. `channels` is the number of activations that an
+    /// evaluation will be given; every fibre names one of them.
+    ///
+    /// # Errors
+    /// Names the fibre whose element or channel does not exist, or whose numbers are unusable.
+    pub fn fibers<C>(
+        mut self,
+        law: FiberLaw<C>,
+        channels: usize,
+        fibers: &[Fiber],
+    ) -> Result<Self, AssemblyError>
+    where
+        C: TensionCurve + Clone + 'static,
+    {
+        for (index, fiber) in fibers.iter().enumerate() {
+            let length = fiber.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+            if !(length > 1e-6 && length.is_finite()) {
+                let element = fiber.element;
+                return Err(AssemblyError::NoDirection { index, element, length });
+            }
+            if !(fiber.peak.is_finite() && fiber.optimal_stretch > 0.0) {
+                return Err(AssemblyError::NotFinite { what: "peak or optimal stretch of fibre", index });
+            }
+            if fiber.channel >= channels {
+                let (found, expected) = (channels, fiber.channel + 1);
+                return Err(AssemblyError::WrongLength { what: "activations", found, expected });
+            }
+        }
+        let elements: Vec<usize> = fibers.iter().map(|f| f.element).collect();
+        let element_of_entry = self.existing(&elements)?;
+        let fibers = fibers.to_vec();
+        let pack = Box::new(move |entries: &[Entry], packing: &Packing<3>| -> Box<dyn Part<3>> {
+            let lanes = entries.chunks(LANES).map(|group| FiberLanes::pack(group, &fibers));
+            let law = Fibers { law: law.clone(), lanes: lanes.collect() };
+            Box::new(Elements::pack(law, entries, packing))
+        });
+        self.add_layer(element_of_entry, channels, pack);
+        Ok(self)
+    }
+}
+
+/// The fibres of a part, in the order of its blocks.
+struct Fibers<C> {
+    law: FiberLaw<C>,
+    lanes: Vec<FiberLanes>,
+}
+
+/// Eight fibres side by side.
+struct FiberLanes {
+    direction: [F64x8; 3],
+    peak: F64x8,
+    optimal_stretch: F64x8,
+    channel: [usize; LANES],
+}
+
+impl FiberLanes {
+    fn pack(group: &[Entry], fibers: &[Fiber]) -> Self {
+        let at = |lane: usize| &fibers[group[lane.min(group.len() - 1)].index as usize];
+        let lanes = |value: &dyn Fn(&Fiber) -> f64| Lanes(std::array::from_fn(|l| value(at(l))));
+        Self {
+            direction: std::array::from_fn(|i| lanes(&|f| f.direction[i])),
+            peak: lanes(&|f| f.peak),
+            optimal_stretch: lanes(&|f| f.optimal_stretch),
+            channel: std::array::from_fn(|l| at(l).channel),
+        }
+    }
+
+    #[inline(always)]
+    fn term(&self, activation: F64x8) -> FiberTerm<F64x8> {
+        FiberTerm {
+            direction: self.direction,
+            peak: self.peak,
+            activation,
+            optimal_stretch: self.optimal_stretch,
+        }
+    }
+
+    #[inline(always)]
+    fn active(&self, activations: &[f64]) -> FiberTerm<F64x8> {
+        self.term(Lanes(std::array::from_fn(|l| activations[self.channel[l]])))
+    }
+}
+
+impl<C: TensionCurve> Law<3> for Fibers<C> {
+    #[inline(always)]
+    fn energy(&self, block: usize, activations: &[f64], F: &Mat<F64x8, 3>) -> F64x8 {
+        self.lanes[block].active(activations).energy(&self.law, F)
+    }
+    #[inline(always)]
+    fn energy_and_stress(
+        &self,
+        block: usize,
+        activations: &[f64],
+        F: &Mat<F64x8, 3>,
+    ) -> (F64x8, Mat<F64x8, 3>) {
+        self.lanes[block].active(activations).energy_and_stress(&self.law, F)
+    }
+    #[inline(always)]
+    fn stress_differential(
+        &self,
+        block: usize,
+        activations: &[f64],
+        F: &Mat<F64x8, 3>,
+        dF: &Mat<F64x8, 3>,
+    ) -> Mat<F64x8, 3> {
+        self.lanes[block].active(activations).stress_differential(&self.law, F, dF)
+    }
+    #[inline(always)]
+    fn derivative(
+        &self,
+        block: usize,
+        activations: &[f64],
+        F: &Mat<F64x8, 3>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<F64x8, 3> {
+        let term = self.lanes[block].active(activations);
+        match filter {
+            DefinitenessFilter::None => term.stress_derivative(&self.law, F),
+            _ => term.filtered_derivative(&self.law, F, filter),
+        }
+    }
+    #[inline(always)]
+    fn has_channel(&self, block: usize, channel: usize) -> bool {
+        self.lanes[block].channel.contains(&channel)
+    }
+    #[inline(always)]
+    fn stress_by_activation(
+        &self,
+        block: usize,
+        channel: usize,
+        F: &Mat<F64x8, 3>,
+    ) -> Mat<F64x8, 3> {
+        let fibers = &self.lanes[block];
+        let listens = fibers.channel.map(|c| f64::from(c == channel));
+        fibers.term(F64x8::zero()).stress_by_activation(&self.law, F).scale(Lanes(listens))
+    }
+}

@@ -1,0 +1,154 @@
+//! Collisions as penalty forces (document 000, 5.7).
+
+use crate::dofs::Dofs;
+use fem_kinematics::Mat;
+use fem_materials::DefinitenessFilter;
+use fem_solvers::BlockSymmetric;
+
+/// What nodes may not enter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Obstacle<const D: usize> {
+    /// A ball.
+    Sphere {
+        /// Centre, metres.
+        center: [f64; D],
+        /// Radius, metres.
+        radius: f64,
+    },
+    /// Everything behind a plane.
+    HalfSpace {
+        /// A point of the plane, metres.
+        point: [f64; D],
+        /// Unit normal; points out of the obstacle.
+        normal: [f64; D],
+    },
+}
+
+/// A node inside an obstacle.
+struct Contact<const D: usize> {
+    depth: f64,
+    normal: [f64; D],
+    /// 1/r of the surface through the node: the normal turns when the node slides.
+    curvature: f64,
+}
+
+impl<const D: usize> Obstacle<D> {
+    fn contact(&self, x: &[f64; D]) -> Option<Contact<D>> {
+        match self {
+            Self::Sphere { center, radius } => {
+                let offset: [f64; D] = core::array::from_fn(|k| x[k] - center[k]);
+                let distance = offset.iter().map(|c| c * c).sum::<f64>().sqrt();
+                let depth = radius - distance;
+                if !(depth > 0.0) {
+                    return None;
+                }
+                // At the very centre every direction leads out; the first axis is taken.
+                let normal = core::array::from_fn(|k| {
+                    if distance > 0.0 { offset[k] / distance } else { f64::from(k == 0) }
+                });
+                let curvature = if distance > 0.0 { 1.0 / distance } else { 0.0 };
+                Some(Contact { depth, normal, curvature })
+            }
+            Self::HalfSpace { point, normal } => {
+                let depth = -(0..D).map(|k| normal[k] * (x[k] - point[k])).sum::<f64>();
+                (depth > 0.0).then_some(Contact { depth, normal: *normal, curvature: 0.0 })
+            }
+        }
+    }
+}
+
+/// Nodes that an obstacle pushes out with the force ε · depth · normal; energy ε/2 depth².
+#[derive(Clone, Debug, PartialEq)]
+pub struct Penalty<const D: usize> {
+    /// The nodes that are tested.
+    pub nodes: Vec<usize>,
+    /// ε, newtons per metre of depth.
+    pub stiffness: f64,
+    /// What they may not enter.
+    pub obstacle: Obstacle<D>,
+}
+
+impl<const D: usize> Penalty<D> {
+    fn contacts<'a>(
+        &'a self,
+        positions: &'a [[f64; D]],
+    ) -> impl Iterator<Item = (usize, Contact<D>)> + 'a {
+        self.nodes.iter().filter_map(|&n| Some((n, self.obstacle.contact(&positions[n])?)))
+    }
+
+    pub(crate) fn energy(&self, positions: &[[f64; D]]) -> f64 {
+        self.contacts(positions).map(|(_, c)| 0.5 * self.stiffness * c.depth * c.depth).sum()
+    }
+
+    pub(crate) fn add_forces_everywhere(&self, positions: &[[f64; D]], forces: &mut [[f64; D]]) {
+        for (node, contact) in self.contacts(positions) {
+            for k in 0..D {
+                forces[node][k] += self.stiffness * contact.depth * contact.normal[k];
+            }
+        }
+    }
+
+    pub(crate) fn add_gradient(
+        &self,
+        positions: &[[f64; D]],
+        dofs: &Dofs<D>,
+        gradient: &mut [f64],
+    ) {
+        for (node, contact) in self.contacts(positions) {
+            let Some(row) = dofs.row(node) else { continue };
+            for k in 0..D {
+                gradient[D * row + k] -= self.stiffness * contact.depth * contact.normal[k];
+            }
+        }
+    }
+
+    /// ∂²/∂x² of ε/2 depth²: ε n nᵀ − ε depth/r (I − n nᵀ). The second part is negative: a filter
+    /// clamps or reflects it, which is exact because the two parts act on orthogonal directions.
+    fn stiffness_block(&self, contact: &Contact<D>, filter: DefinitenessFilter) -> Mat<f64, D> {
+        let along = Mat::outer(contact.normal, contact.normal);
+        let sliding = -contact.depth * contact.curvature;
+        let sliding = match filter {
+            DefinitenessFilter::None => sliding,
+            DefinitenessFilter::Clamp => sliding.max(0.0),
+            DefinitenessFilter::Absolute => sliding.abs(),
+        };
+        (along + (Mat::identity() - along).scale(sliding)).scale(self.stiffness)
+    }
+
+    pub(crate) fn add_hessian(
+        &self,
+        positions: &[[f64; D]],
+        dofs: &Dofs<D>,
+        filter: DefinitenessFilter,
+        hessian: &mut BlockSymmetric<D>,
+    ) {
+        for (node, contact) in self.contacts(positions) {
+            let Some(row) = dofs.row(node) else { continue };
+            let place = hessian.pattern().diagonal(row);
+            let block = self.stiffness_block(&contact, filter);
+            let target = &mut hessian.values_mut()[place];
+            for i in 0..D {
+                for j in 0..D {
+                    target[i][j] += block.0[i][j];
+                }
+            }
+        }
+    }
+
+    pub(crate) fn add_product(
+        &self,
+        positions: &[[f64; D]],
+        displacement: &[[f64; D]],
+        dofs: &Dofs<D>,
+        product: &mut [f64],
+    ) {
+        for (node, contact) in self.contacts(positions) {
+            let Some(row) = dofs.row(node) else { continue };
+            let block = self.stiffness_block(&contact, DefinitenessFilter::None);
+            let push = block.mul_vec(displacement[node]);
+            for k in 0..D {
+                product[D * row + k] += push[k];
+            }
+        }
+    }
+}
