@@ -62,7 +62,9 @@ impl<const D: usize> Assembly<D> {
 
     /// det F of every element at the given positions; no material is evaluated.
     pub fn volume_ratios(&self, positions: &[[f64; D]]) -> Vec<f64> {
-        self.deformation_gradients(positions).map(|F| F.determinant()).collect()
+        self.deformation_gradients(positions)
+            .map(|F| F.determinant())
+            .collect()
     }
 
     /// F = D_s D_m⁻¹ of every element.
@@ -81,20 +83,32 @@ impl<const D: usize> Assembly<D> {
     pub fn energy(&self, positions: &[[f64; D]], activations: &[f64]) -> f64 {
         let mut energies = Vec::new();
         for part in &self.prescribed {
-            part.energies(State { positions, activations }, &mut energies);
+            part.energies(
+                State {
+                    positions,
+                    activations,
+                },
+                &mut energies,
+            );
         }
         self.free_energy(positions, activations) + self.sum(energies)
     }
 
     /// Energy of the elements and penalties that free nodes feel: what an equilibrium minimises.
     pub fn free_energy(&self, positions: &[[f64; D]], activations: &[f64]) -> f64 {
-        let state = State { positions, activations };
+        let state = State {
+            positions,
+            activations,
+        };
         let energies: Vec<Vec<(u32, f64)>> = self
             .chunks
             .par_iter()
             .map(|chunk| {
                 let mut out = Vec::new();
-                chunk.parts.iter().for_each(|part| part.energies(state, &mut out));
+                chunk
+                    .parts
+                    .iter()
+                    .for_each(|part| part.energies(state, &mut out));
                 out
             })
             .collect();
@@ -108,11 +122,25 @@ impl<const D: usize> Assembly<D> {
         activations: &[f64],
     ) -> Option<usize> {
         let mut energies = Vec::new();
-        let parts = self.chunks.iter().flat_map(|c| &c.parts).chain(&self.prescribed);
+        let parts = self
+            .chunks
+            .iter()
+            .flat_map(|c| &c.parts)
+            .chain(&self.prescribed);
         for part in parts {
-            part.energies(State { positions, activations }, &mut energies);
+            part.energies(
+                State {
+                    positions,
+                    activations,
+                },
+                &mut energies,
+            );
         }
-        energies.iter().filter(|(_, e)| !e.is_finite()).map(|&(k, _)| k as usize).min()
+        energies
+            .iter()
+            .filter(|(_, e)| !e.is_finite())
+            .map(|&(k, _)| k as usize)
+            .min()
     }
 
     /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
@@ -122,10 +150,16 @@ impl<const D: usize> Assembly<D> {
         activations: &[f64],
         gradient: &mut [f64],
     ) -> f64 {
-        let state = State { positions, activations };
+        let state = State {
+            positions,
+            activations,
+        };
         let energies = self.by_rows(gradient, |chunk, rows| {
             let mut out = Vec::new();
-            chunk.parts.iter().for_each(|part| part.gradient(state, rows, &mut out));
+            chunk
+                .parts
+                .iter()
+                .for_each(|part| part.gradient(state, rows, &mut out));
             out
         });
         for penalty in &self.penalties {
@@ -137,14 +171,18 @@ impl<const D: usize> Assembly<D> {
 
     /// Nodal forces f = −∂E/∂x at every node, prescribed ones included, newtons: at equilibrium the
     /// reaction that a prescribed node exerts on the body is −f.
-    pub fn forces_everywhere(
-        &self,
-        positions: &[[f64; D]],
-        activations: &[f64],
-    ) -> Vec<[f64; D]> {
+    pub fn forces_everywhere(&self, positions: &[[f64; D]], activations: &[f64]) -> Vec<[f64; D]> {
         let mut everywhere = vec![[0.0; D]; self.rest.len()];
-        let state = State { positions, activations };
-        for part in self.chunks.iter().flat_map(|c| &c.parts).chain(&self.prescribed) {
+        let state = State {
+            positions,
+            activations,
+        };
+        for part in self
+            .chunks
+            .iter()
+            .flat_map(|c| &c.parts)
+            .chain(&self.prescribed)
+        {
             part.forces_everywhere(state, &mut everywhere);
         }
         for penalty in &self.penalties {
@@ -161,7 +199,10 @@ impl<const D: usize> Assembly<D> {
         filter: DefinitenessFilter,
         hessian: &mut BlockSymmetric<D>,
     ) {
-        let state = State { positions, activations };
+        let state = State {
+            positions,
+            activations,
+        };
         let mut pieces = Vec::with_capacity(self.chunks.len());
         let mut rest = hessian.values_mut();
         let starts = self.pattern.row_start();
@@ -173,7 +214,10 @@ impl<const D: usize> Assembly<D> {
         }
         pieces.into_par_iter().for_each(|(chunk, values)| {
             values.fill([[0.0; D]; D]);
-            chunk.parts.iter().for_each(|part| part.hessian(state, filter, values));
+            chunk
+                .parts
+                .iter()
+                .for_each(|part| part.hessian(state, filter, values));
         });
         for penalty in &self.penalties {
             penalty.add_hessian(positions, &self.dofs, filter, hessian);
@@ -191,9 +235,15 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
         product: &mut [f64],
     ) {
-        let state = State { positions, activations };
+        let state = State {
+            positions,
+            activations,
+        };
         self.by_rows(product, |chunk, rows| {
-            chunk.parts.iter().for_each(|part| part.differential(state, displacement, rows));
+            chunk
+                .parts
+                .iter()
+                .for_each(|part| part.differential(state, displacement, rows));
         });
         for penalty in &self.penalties {
             penalty.add_product(positions, displacement, &self.dofs, product);
@@ -208,9 +258,15 @@ impl<const D: usize> Assembly<D> {
         channel: usize,
         gradient: &mut [f64],
     ) {
-        let state = State { positions, activations: &[] };
+        let state = State {
+            positions,
+            activations: &[],
+        };
         self.by_rows(gradient, |chunk, rows| {
-            chunk.parts.iter().for_each(|part| part.activation_gradient(state, channel, rows));
+            chunk
+                .parts
+                .iter()
+                .for_each(|part| part.activation_gradient(state, channel, rows));
         });
         self.clear_clamped_axes(gradient);
     }
@@ -292,6 +348,10 @@ impl<const D: usize> Assembly<D> {
             };
             sum = next;
         }
-        if sum.is_finite() { sum + lost } else { f64::INFINITY }
+        if sum.is_finite() {
+            sum + lost
+        } else {
+            f64::INFINITY
+        }
     }
 }

@@ -55,13 +55,22 @@ impl<const D: usize> RestElement<D> {
             && inverse_shape.0.iter().flatten().all(|v| v.is_finite());
         if !usable {
             let nodes = nodes.to_vec();
-            return Err(AssemblyError::DegenerateElement { element, volume, nodes });
+            return Err(AssemblyError::DegenerateElement {
+                element,
+                volume,
+                nodes,
+            });
         }
         let mut rows = [FIXED; VERTICES];
         for a in 0..=D {
             rows[a] = rank[sorted[a] as usize];
         }
-        Ok(Self { nodes: sorted, rows, inverse_shape, volume })
+        Ok(Self {
+            nodes: sorted,
+            rows,
+            inverse_shape,
+            volume,
+        })
     }
 
     /// Are all its vertices prescribed?
@@ -90,7 +99,11 @@ impl<const D: usize> Block<D> {
                 fem_kinematics::Lanes(core::array::from_fn(|lane| at(lane).inverse_shape.0[i][j]))
             }),
             volume: fem_kinematics::Lanes(core::array::from_fn(|lane| {
-                if lane < elements.len() { elements[lane].volume } else { 0.0 }
+                if lane < elements.len() {
+                    elements[lane].volume
+                } else {
+                    0.0
+                }
             })),
             used: elements.len(),
         }

@@ -5,6 +5,7 @@ use crate::block::RestElement;
 use crate::dofs::{Dofs, FIXED};
 use crate::error::AssemblyError;
 use crate::law::Uniform;
+use crate::mesh::SimplexMesh;
 use crate::part::{Elements, Part};
 use crate::penalty::Penalty;
 use fem_materials::Material;
@@ -53,12 +54,13 @@ struct Layer<const D: usize> {
 /// use fem_assembly::{AssemblyBuilder, Dofs};
 /// use fem_materials::NeoHookean;
 ///
-/// let rest = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-/// let dofs = Dofs::with_fixed_nodes(&rest, &[0, 1, 2])?;
+/// let mesh = fem_assembly::mesh::kuhn_grid(2, 2, 2, [1.0; 3])?;
+/// let clamped: Vec<usize> = (0..9).collect();
+/// let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &clamped)?;
 /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
-/// let assembly = AssemblyBuilder::new(&rest, &[0, 1, 2, 3], dofs)?.material(flesh)?.build()?;
-/// assert_eq!(assembly.energy(&rest, &[]), 0.0);
-/// # Ok::<(), fem_assembly::AssemblyError>(())
+/// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
+/// assert!(assembly.energy(mesh.nodes(), &[]).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct AssemblyBuilder<const D: usize> {
     dofs: Dofs<D>,
@@ -70,34 +72,34 @@ pub struct AssemblyBuilder<const D: usize> {
 }
 
 impl<const D: usize> AssemblyBuilder<D> {
-    /// Takes the rest positions (metres) and D + 1 node indices for each element.
+    /// Takes the rest shape and the split into prescribed and free coordinates.
     ///
     /// # Errors
-    /// Names the node or element that is out of range, not finite or without volume.
-    pub fn new(
-        rest: &[[f64; D]],
-        elements: &[u32],
-        dofs: Dofs<D>,
-    ) -> Result<Self, AssemblyError> {
+    /// When the constraints are those of another mesh, or an element is too thin to invert D_m.
+    pub fn new(mesh: &SimplexMesh<D>, dofs: Dofs<D>) -> Result<Self, AssemblyError> {
+        let rest = mesh.nodes();
         if dofs.nodes() != rest.len() {
             let (what, found) = ("nodes of the constraints", dofs.nodes());
-            return Err(AssemblyError::WrongLength { what, found, expected: rest.len() });
+            return Err(AssemblyError::WrongLength {
+                what,
+                found,
+                expected: rest.len(),
+            });
         }
-        if let Some(index) = rest.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
-            return Err(AssemblyError::NotFinite { what: "the position of node", index });
-        }
-        if elements.len() % (D + 1) != 0 {
-            let expected = elements.len().next_multiple_of(D + 1);
-            let (what, found) = ("element vertices", elements.len());
-            return Err(AssemblyError::WrongLength { what, found, expected });
-        }
-        let elements = elements
-            .chunks_exact(D + 1)
+        let elements = mesh
+            .elements()
             .enumerate()
             .map(|(e, nodes)| RestElement::new(e, nodes, rest, dofs.rank()))
             .collect::<Result<_, _>>()?;
         let (layers, penalties) = (Vec::new(), Vec::new());
-        Ok(Self { dofs, rest: rest.to_vec(), elements, layers, penalties, channels: 0 })
+        Ok(Self {
+            dofs,
+            rest: rest.to_vec(),
+            elements,
+            layers,
+            penalties,
+            channels: 0,
+        })
     }
 
     /// One material for the whole mesh. Materials given to the same element add up.
@@ -119,10 +121,15 @@ impl<const D: usize> AssemblyBuilder<D> {
         material: M,
     ) -> Result<Self, AssemblyError> {
         let element_of_entry = self.existing(elements)?;
-        let pack = Box::new(move |entries: &[Entry], packing: &Packing<D>| -> Box<dyn Part<D>> {
-            Box::new(Elements::pack(Uniform(material), entries, packing))
+        let pack = Box::new(
+            move |entries: &[Entry], packing: &Packing<D>| -> Box<dyn Part<D>> {
+                Box::new(Elements::pack(Uniform(material), entries, packing))
+            },
+        );
+        self.layers.push(Layer {
+            element_of_entry,
+            pack,
         });
-        self.layers.push(Layer { element_of_entry, pack });
         Ok(self)
     }
 
@@ -151,9 +158,17 @@ impl<const D: usize> AssemblyBuilder<D> {
         elements.iter().map(check).collect()
     }
 
-    pub(crate) fn add_layer(&mut self, element_of_entry: Vec<u32>, channels: usize, pack: Box<Pack<D>>) {
+    pub(crate) fn add_layer(
+        &mut self,
+        element_of_entry: Vec<u32>,
+        channels: usize,
+        pack: Box<Pack<D>>,
+    ) {
         self.channels = self.channels.max(channels);
-        self.layers.push(Layer { element_of_entry, pack });
+        self.layers.push(Layer {
+            element_of_entry,
+            pack,
+        });
     }
 
     /// Numbers, sorts and packs everything.
@@ -161,7 +176,14 @@ impl<const D: usize> AssemblyBuilder<D> {
     /// # Errors
     /// When the Hessian's blocks cannot be counted with 32 bits.
     pub fn build(self) -> Result<Assembly<D>, AssemblyError> {
-        let Self { dofs, rest, elements, layers, penalties, channels } = self;
+        let Self {
+            dofs,
+            rest,
+            elements,
+            layers,
+            penalties,
+            channels,
+        } = self;
         let pattern = pattern(&dofs, &elements)?;
         let chunks = cut(&dofs, &elements)
             .into_iter()
@@ -173,10 +195,21 @@ impl<const D: usize> AssemblyBuilder<D> {
                 Chunk { rows, parts }
             })
             .collect();
-        let prescribed =
-            layers.iter().filter_map(|layer| layer.pack(&elements, None, &pattern)).collect();
+        let prescribed = layers
+            .iter()
+            .filter_map(|layer| layer.pack(&elements, None, &pattern))
+            .collect();
         let pattern = Arc::new(pattern);
-        Ok(Assembly { dofs, rest, elements, pattern, chunks, prescribed, penalties, channels })
+        Ok(Assembly {
+            dofs,
+            rest,
+            elements,
+            pattern,
+            chunks,
+            prescribed,
+            penalties,
+            channels,
+        })
     }
 }
 
@@ -197,13 +230,22 @@ impl<const D: usize> Layer<D> {
             }
         };
         let all = self.element_of_entry.iter().enumerate();
-        let mut entries: Vec<Entry> =
-            all.map(|(k, &element)| Entry { index: k as u32, element }).filter(touches).collect();
+        let mut entries: Vec<Entry> = all
+            .map(|(k, &element)| Entry {
+                index: k as u32,
+                element,
+            })
+            .filter(touches)
+            .collect();
         if entries.is_empty() {
             return None;
         }
         entries.sort_by_key(first_row);
-        let packing = Packing { elements, rows, pattern };
+        let packing = Packing {
+            elements,
+            rows,
+            pattern,
+        };
         Some((self.pack)(&entries, &packing))
     }
 }
@@ -212,12 +254,17 @@ fn pattern<const D: usize>(
     dofs: &Dofs<D>,
     elements: &[RestElement<D>],
 ) -> Result<BlockPattern, AssemblyError> {
-    let pairs = elements.iter().flat_map(|e| {
-        (1..=D).flat_map(move |a| (0..a).map(move |b| (e.rows[a], e.rows[b])))
-    });
+    let pairs = elements
+        .iter()
+        .flat_map(|e| (1..=D).flat_map(move |a| (0..a).map(move |b| (e.rows[a], e.rows[b]))));
     let free = pairs.filter(|&(a, b)| a != FIXED && b != FIXED);
-    BlockPattern::from_adjacency(dofs.free_nodes(), free.map(|(a, b)| (a as usize, b as usize)))
-        .map_err(|_| AssemblyError::TooManyNodes { count: dofs.free_nodes() })
+    BlockPattern::from_adjacency(
+        dofs.free_nodes(),
+        free.map(|(a, b)| (a as usize, b as usize)),
+    )
+    .map_err(|_| AssemblyError::TooManyNodes {
+        count: dofs.free_nodes(),
+    })
 }
 
 /// Cuts the rows into runs of about equal work.

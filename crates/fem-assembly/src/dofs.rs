@@ -52,25 +52,38 @@ impl<const D: usize> Dofs<D> {
         }
         let mut clamped = vec![[false; D]; count];
         for &node in fixed_nodes {
-            *clamped.get_mut(node).ok_or(AssemblyError::NoSuchNode { node, count })? = [true; D];
+            *clamped
+                .get_mut(node)
+                .ok_or(AssemblyError::NoSuchNode { node, count })? = [true; D];
         }
         for &(node, axis) in fixed_axes {
-            let axes = clamped.get_mut(node).ok_or(AssemblyError::NoSuchNode { node, count })?;
-            *axes.get_mut(axis).ok_or(AssemblyError::NoSuchAxis { axis, dimension: D })? = true;
+            let axes = clamped
+                .get_mut(node)
+                .ok_or(AssemblyError::NoSuchNode { node, count })?;
+            *axes
+                .get_mut(axis)
+                .ok_or(AssemblyError::NoSuchAxis { axis, dimension: D })? = true;
         }
         let axis = longest_axis(rest);
-        let mut free_nodes: Vec<u32> =
-            (0..count as u32).filter(|&n| clamped[n as usize] != [true; D]).collect();
+        let mut free_nodes: Vec<u32> = (0..count as u32)
+            .filter(|&n| clamped[n as usize] != [true; D])
+            .collect();
         free_nodes.sort_by(|&a, &b| rest[a as usize][axis].total_cmp(&rest[b as usize][axis]));
         let mut rank = vec![FIXED; count];
         let mut clamped_axes = Vec::new();
         for (r, &node) in free_nodes.iter().enumerate() {
             rank[node as usize] = r as u32;
             clamped_axes.extend(
-                (0..D).filter(|&k| clamped[node as usize][k]).map(|k| (r as u32, k)),
+                (0..D)
+                    .filter(|&k| clamped[node as usize][k])
+                    .map(|k| (r as u32, k)),
             );
         }
-        Ok(Self { rank, free_nodes, clamped_axes })
+        Ok(Self {
+            rank,
+            free_nodes,
+            clamped_axes,
+        })
     }
 
     /// Number of nodes of the mesh.
@@ -102,7 +115,10 @@ impl<const D: usize> Dofs<D> {
     }
     /// Reads the unknowns out of all positions.
     pub fn gather(&self, all: &[[f64; D]]) -> Vec<f64> {
-        self.free_nodes.iter().flat_map(|&n| all[n as usize]).collect()
+        self.free_nodes
+            .iter()
+            .flat_map(|&n| all[n as usize])
+            .collect()
     }
     /// Writes the unknowns into all positions; prescribed axes keep their value.
     pub fn scatter(&self, unknowns: &[f64], all: &mut [[f64; D]]) {
@@ -122,12 +138,16 @@ impl<const D: usize> Dofs<D> {
 
 fn longest_axis<const D: usize>(points: &[[f64; D]]) -> usize {
     let extent = |k: usize| {
-        let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
-            (l.min(p[k]), h.max(p[k]))
-        });
+        let (low, high) = points
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
+                (l.min(p[k]), h.max(p[k]))
+            });
         high - low
     };
-    (0..D).max_by(|&a, &b| extent(a).total_cmp(&extent(b))).unwrap_or(0)
+    (0..D)
+        .max_by(|&a, &b| extent(a).total_cmp(&extent(b)))
+        .unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -156,7 +176,10 @@ mod tests {
         ));
         assert!(matches!(
             Dofs::new(&rest, &[], &[(0, 2)]),
-            Err(AssemblyError::NoSuchAxis { axis: 2, dimension: 2 })
+            Err(AssemblyError::NoSuchAxis {
+                axis: 2,
+                dimension: 2
+            })
         ));
     }
 }

@@ -45,7 +45,9 @@ pub enum AssemblyError {
         expected: usize,
     },
     /// An element whose rest volume is zero or not a number.
-    #[error("element {element} has rest volume {volume:e}; remove it or move its nodes {nodes:?} apart")]
+    #[error(
+        "element {element} has rest volume {volume:e}; remove it or move its nodes {nodes:?} apart"
+    )]
     DegenerateElement {
         /// Its index.
         element: usize,

@@ -43,24 +43,42 @@ impl AssemblyBuilder<3> {
             let length = fiber.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
             if !(length > 1e-6 && length.is_finite()) {
                 let element = fiber.element;
-                return Err(AssemblyError::NoDirection { index, element, length });
+                return Err(AssemblyError::NoDirection {
+                    index,
+                    element,
+                    length,
+                });
             }
             if !(fiber.peak.is_finite() && fiber.optimal_stretch > 0.0) {
-                return Err(AssemblyError::NotFinite { what: "peak or optimal stretch of fibre", index });
+                return Err(AssemblyError::NotFinite {
+                    what: "peak or optimal stretch of fibre",
+                    index,
+                });
             }
             if fiber.channel >= channels {
                 let (found, expected) = (channels, fiber.channel + 1);
-                return Err(AssemblyError::WrongLength { what: "activations", found, expected });
+                return Err(AssemblyError::WrongLength {
+                    what: "activations",
+                    found,
+                    expected,
+                });
             }
         }
         let elements: Vec<usize> = fibers.iter().map(|f| f.element).collect();
         let element_of_entry = self.existing(&elements)?;
         let fibers = fibers.to_vec();
-        let pack = Box::new(move |entries: &[Entry], packing: &Packing<3>| -> Box<dyn Part<3>> {
-            let lanes = entries.chunks(LANES).map(|group| FiberLanes::pack(group, &fibers));
-            let law = Fibers { law: law.clone(), lanes: lanes.collect() };
-            Box::new(Elements::pack(law, entries, packing))
-        });
+        let pack = Box::new(
+            move |entries: &[Entry], packing: &Packing<3>| -> Box<dyn Part<3>> {
+                let lanes = entries
+                    .chunks(LANES)
+                    .map(|group| FiberLanes::pack(group, &fibers));
+                let law = Fibers {
+                    law: law.clone(),
+                    lanes: lanes.collect(),
+                };
+                Box::new(Elements::pack(law, entries, packing))
+            },
+        );
         self.add_layer(element_of_entry, channels, pack);
         Ok(self)
     }
@@ -120,7 +138,9 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         activations: &[f64],
         F: &Mat<F64x8, 3>,
     ) -> (F64x8, Mat<F64x8, 3>) {
-        self.lanes[block].active(activations).energy_and_stress(&self.law, F)
+        self.lanes[block]
+            .active(activations)
+            .energy_and_stress(&self.law, F)
     }
     #[inline(always)]
     fn stress_differential(
@@ -130,7 +150,9 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         F: &Mat<F64x8, 3>,
         dF: &Mat<F64x8, 3>,
     ) -> Mat<F64x8, 3> {
-        self.lanes[block].active(activations).stress_differential(&self.law, F, dF)
+        self.lanes[block]
+            .active(activations)
+            .stress_differential(&self.law, F, dF)
     }
     #[inline(always)]
     fn derivative(
@@ -159,6 +181,9 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
     ) -> Mat<F64x8, 3> {
         let fibers = &self.lanes[block];
         let listens = fibers.channel.map(|c| f64::from(c == channel));
-        fibers.term(F64x8::zero()).stress_by_activation(&self.law, F).scale(Lanes(listens))
+        fibers
+            .term(F64x8::zero())
+            .stress_by_activation(&self.law, F)
+            .scale(Lanes(listens))
     }
 }

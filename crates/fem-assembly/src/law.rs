@@ -53,12 +53,7 @@ impl<const D: usize, M: Material<D>> Law<D> for Uniform<M> {
         self.0.energy(F)
     }
     #[inline(always)]
-    fn energy_and_stress(
-        &self,
-        _: usize,
-        _: &[f64],
-        F: &Mat<F64x8, D>,
-    ) -> (F64x8, Mat<F64x8, D>) {
+    fn energy_and_stress(&self, _: usize, _: &[f64], F: &Mat<F64x8, D>) -> (F64x8, Mat<F64x8, D>) {
         self.0.energy_and_stress(F)
     }
     #[inline(always)]

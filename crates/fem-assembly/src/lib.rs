@@ -12,6 +12,7 @@ mod law;
 pub mod mesh;
 mod part;
 mod penalty;
+mod quasistatic;
 
 pub use assembly::Assembly;
 pub use builder::AssemblyBuilder;
@@ -19,3 +20,4 @@ pub use dofs::Dofs;
 pub use error::AssemblyError;
 pub use fibers::Fiber;
 pub use penalty::{Obstacle, Penalty};
+pub use quasistatic::Quasistatic;

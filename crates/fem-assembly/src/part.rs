@@ -52,7 +52,11 @@ pub(crate) struct Elements<const D: usize, L> {
 impl<const D: usize, L: Law<D>> Elements<D, L> {
     /// Packs the entries of a chunk, eight to a block.
     pub fn pack(law: L, entries: &[Entry], packing: &Packing<D>) -> Self {
-        let Packing { elements, rows: range, pattern } = packing;
+        let Packing {
+            elements,
+            rows: range,
+            pattern,
+        } = packing;
         let range = range.clone().unwrap_or(0..0);
         let first_value = pattern.row_start()[range.start];
         let local = |row: u32| {
@@ -62,11 +66,18 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
                 NONE
             }
         };
-        let mut packed =
-            Self { law, blocks: vec![], rows: vec![], places: vec![], owned: vec![] };
+        let mut packed = Self {
+            law,
+            blocks: vec![],
+            rows: vec![],
+            places: vec![],
+            owned: vec![],
+        };
         for group in entries.chunks(LANES) {
-            let rest: Vec<RestElement<D>> =
-                group.iter().map(|entry| elements[entry.element as usize]).collect();
+            let rest: Vec<RestElement<D>> = group
+                .iter()
+                .map(|entry| elements[entry.element as usize])
+                .collect();
             let mut rows = [[NONE; LANES]; VERTICES];
             let mut places = [[NONE; LANES]; PAIRS];
             let mut owned = [NONE; LANES];
@@ -82,8 +93,7 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
                         }
                         let place =
                             pattern.find(element.rows[a] as usize, element.rows[b] as usize);
-                        places[pair(a, b)][lane] =
-                            place.map_or(NONE, |p| (p - first_value) as u32);
+                        places[pair(a, b)][lane] = place.map_or(NONE, |p| (p - first_value) as u32);
                     }
                 }
             }
@@ -99,15 +109,19 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
     fn record(&self, k: usize, density: F64x8, out: &mut Vec<(u32, f64)>) {
         for lane in 0..self.blocks[k].used {
             if self.owned[k][lane] != NONE {
-                out.push((self.owned[k][lane], density.0[lane] * self.blocks[k].volume.0[lane]));
+                out.push((
+                    self.owned[k][lane],
+                    density.0[lane] * self.blocks[k].volume.0[lane],
+                ));
             }
         }
     }
 
     #[inline(always)]
     fn scatter(&self, k: usize, nodal: &[[F64x8; D]; VERTICES], rows: &mut [[f64; D]]) {
-        for a in 0..=D {
-            for lane in 0..LANES {
+        // Element by element: where the blocks of eight are cut must not change the order of a sum.
+        for lane in 0..LANES {
+            for a in 0..=D {
                 let row = self.rows[k][a][lane];
                 if row != NONE {
                     let target = &mut rows[row as usize];
@@ -127,17 +141,14 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
         values: &mut [[[f64; D]; D]],
     ) {
         // `stiffness` lists, for each pair, D rows of up to VERTICES columns of lanes.
-        for a in 0..=D {
-            for b in 0..=a {
-                let p = pair(a, b);
-                for lane in 0..LANES {
-                    let place = self.places[k][p][lane];
-                    if place != NONE {
-                        let target = &mut values[place as usize];
-                        for i in 0..D {
-                            for j in 0..D {
-                                target[i][j] += stiffness[p * D + i][j][lane];
-                            }
+        for lane in 0..LANES {
+            for p in 0..(D + 1) * (D + 2) / 2 {
+                let place = self.places[k][p][lane];
+                if place != NONE {
+                    let target = &mut values[place as usize];
+                    for i in 0..D {
+                        for j in 0..D {
+                            target[i][j] += stiffness[p * D + i][j][lane];
                         }
                     }
                 }
@@ -171,7 +182,10 @@ impl<const D: usize, L: Law<D>> Kernel for GradientPass<'_, D, L> {
     fn run(self) {
         for (k, block) in self.part.blocks.iter().enumerate() {
             let F = block.deformation_gradient(self.state.positions);
-            let (psi, P) = self.part.law.energy_and_stress(k, self.state.activations, &F);
+            let (psi, P) = self
+                .part
+                .law
+                .energy_and_stress(k, self.state.activations, &F);
             self.part.record(k, psi, self.energies);
             self.part.scatter(k, &block.nodal_gradient(&P), self.rows);
         }
@@ -216,7 +230,10 @@ impl<const D: usize, L: Law<D>> Kernel for HessianPass<'_, D, L> {
         let mut flat = [[[0.0; LANES]; VERTICES]; PAIRS * 3];
         for (k, block) in self.part.blocks.iter().enumerate() {
             let F = block.deformation_gradient(self.state.positions);
-            let T = self.part.law.derivative(k, self.state.activations, &F, self.filter);
+            let T = self
+                .part
+                .law
+                .derivative(k, self.state.activations, &F, self.filter);
             let mut store = |a: usize, b: usize, m: &Mat<F64x8, D>| {
                 for i in 0..D {
                     for j in 0..D {
@@ -273,7 +290,10 @@ impl<const D: usize, L: Law<D>> Kernel for DifferentialPass<'_, D, L> {
         for (k, block) in self.part.blocks.iter().enumerate() {
             let F = block.deformation_gradient(self.state.positions);
             let dF = block.deformation_gradient(self.displacement);
-            let dP = self.part.law.stress_differential(k, self.state.activations, &F, &dF);
+            let dP = self
+                .part
+                .law
+                .stress_differential(k, self.state.activations, &F, &dF);
             self.part.scatter(k, &block.nodal_gradient(&dP), self.rows);
         }
     }
@@ -305,18 +325,38 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         dispatch(EnergyPass(self, state, out));
     }
     fn gradient(&self, state: State<D>, rows: &mut [[f64; D]], energies: &mut Vec<(u32, f64)>) {
-        dispatch(GradientPass { part: self, state, rows, energies });
+        dispatch(GradientPass {
+            part: self,
+            state,
+            rows,
+            energies,
+        });
     }
     fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]) {
-        dispatch(HessianPass { part: self, state, filter, values });
+        dispatch(HessianPass {
+            part: self,
+            state,
+            filter,
+            values,
+        });
     }
     fn differential(&self, state: State<D>, displacement: &[[f64; D]], rows: &mut [[f64; D]]) {
-        dispatch(DifferentialPass { part: self, state, displacement, rows });
+        dispatch(DifferentialPass {
+            part: self,
+            state,
+            displacement,
+            rows,
+        });
     }
     fn forces_everywhere(&self, state: State<D>, forces: &mut [[f64; D]]) {
         dispatch(ForcesEverywherePass(self, state, forces));
     }
     fn activation_gradient(&self, state: State<D>, channel: usize, rows: &mut [[f64; D]]) {
-        dispatch(ActivationPass { part: self, state, channel, rows });
+        dispatch(ActivationPass {
+            part: self,
+            state,
+            channel,
+            rows,
+        });
     }
 }

@@ -44,14 +44,26 @@ impl<const D: usize> Obstacle<D> {
                 }
                 // At the very centre every direction leads out; the first axis is taken.
                 let normal = core::array::from_fn(|k| {
-                    if distance > 0.0 { offset[k] / distance } else { f64::from(k == 0) }
+                    if distance > 0.0 {
+                        offset[k] / distance
+                    } else {
+                        f64::from(k == 0)
+                    }
                 });
                 let curvature = if distance > 0.0 { 1.0 / distance } else { 0.0 };
-                Some(Contact { depth, normal, curvature })
+                Some(Contact {
+                    depth,
+                    normal,
+                    curvature,
+                })
             }
             Self::HalfSpace { point, normal } => {
                 let depth = -(0..D).map(|k| normal[k] * (x[k] - point[k])).sum::<f64>();
-                (depth > 0.0).then_some(Contact { depth, normal: *normal, curvature: 0.0 })
+                (depth > 0.0).then_some(Contact {
+                    depth,
+                    normal: *normal,
+                    curvature: 0.0,
+                })
             }
         }
     }
@@ -73,11 +85,15 @@ impl<const D: usize> Penalty<D> {
         &'a self,
         positions: &'a [[f64; D]],
     ) -> impl Iterator<Item = (usize, Contact<D>)> + 'a {
-        self.nodes.iter().filter_map(|&n| Some((n, self.obstacle.contact(&positions[n])?)))
+        self.nodes
+            .iter()
+            .filter_map(|&n| Some((n, self.obstacle.contact(&positions[n])?)))
     }
 
     pub(crate) fn energy(&self, positions: &[[f64; D]]) -> f64 {
-        self.contacts(positions).map(|(_, c)| 0.5 * self.stiffness * c.depth * c.depth).sum()
+        self.contacts(positions)
+            .map(|(_, c)| 0.5 * self.stiffness * c.depth * c.depth)
+            .sum()
     }
 
     pub(crate) fn add_forces_everywhere(&self, positions: &[[f64; D]], forces: &mut [[f64; D]]) {

@@ -1,5 +1,6 @@
 //! Forces and Hessian against the energy, on a twisted bar with muscles, a roller and obstacles.
 
+use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
 use fem_materials::curves::PhysBam;
 use fem_materials::{DefinitenessFilter, FiberLaw, NeoHookean, Stretch};
@@ -7,17 +8,16 @@ use fem_solvers::{BlockSymmetric, LinearOperator};
 
 type Point = [f64; 3];
 
-/// Two layers of cubes, six tets each.
-fn bar() -> (Vec<Point>, Vec<u32>) {
-    let mesh = fem_assembly::mesh::kuhn_grid(2, 2, 3, [1.0, 1.0, 2.0]).unwrap();
-    (mesh.nodes().to_vec(), mesh.elements().to_vec())
+fn bar() -> SimplexMesh<3> {
+    kuhn_grid(2, 2, 3, [1.0, 1.0, 2.0]).unwrap()
 }
 
 fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
-    let (rest, tets) = bar();
+    let mesh = bar();
+    let rest = mesh.nodes();
     let fixed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == 0.0).collect();
-    let dofs = Dofs::new(&rest, &fixed, &[(rest.len() - 1, 1)]).unwrap();
-    let count = tets.len() / 4;
+    let dofs = Dofs::new(rest, &fixed, &[(rest.len() - 1, 1)]).unwrap();
+    let count = mesh.elements().len();
     let fibers: Vec<Fiber> = (0..count)
         .filter(|e| e % 3 != 0)
         .flat_map(|e| {
@@ -29,27 +29,40 @@ fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
                 peak: 3e3,
                 optimal_stretch: 1.0,
             };
-            let two = Fiber { channel: 2, direction: [0.0, 0.6, 0.8], ..one };
+            let two = Fiber {
+                channel: 2,
+                direction: [0.0, 0.6, 0.8],
+                ..one
+            };
             [one, two].into_iter().take(1 + e % 2)
         })
         .collect();
     let curve = PhysBam::default();
-    let built = AssemblyBuilder::new(&rest, &tets, dofs)
+    let built = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
-        .material(NeoHookean { mu: 1e3, lambda: 4e3 })
+        .material(NeoHookean {
+            mu: 1e3,
+            lambda: 4e3,
+        })
         .unwrap()
         .fibers(FiberLaw { curve, stretch }, 3, &fibers)
         .unwrap()
         .penalty(Penalty {
             nodes: (0..rest.len()).collect(),
             stiffness: 500.0,
-            obstacle: Obstacle::Sphere { center: [0.5, 0.5, 2.6], radius: 0.8 },
+            obstacle: Obstacle::Sphere {
+                center: [0.5, 0.5, 2.6],
+                radius: 0.8,
+            },
         })
         .unwrap()
         .penalty(Penalty {
             nodes: (0..rest.len()).collect(),
             stiffness: 300.0,
-            obstacle: Obstacle::HalfSpace { point: [0.1, 0.0, 0.0], normal: [1.0, 0.0, 0.0] },
+            obstacle: Obstacle::HalfSpace {
+                point: [0.1, 0.0, 0.0],
+                normal: [1.0, 0.0, 0.0],
+            },
         })
         .unwrap()
         .build()
@@ -58,7 +71,11 @@ fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
         .iter()
         .map(|p| {
             let (s, c) = (0.2 * p[2]).sin_cos();
-            [c * p[0] - s * p[1] + 0.03 * p[2] * p[1], s * p[0] + c * p[1], 1.1 * p[2] + 0.05 * p[0]]
+            [
+                c * p[0] - s * p[1] + 0.03 * p[2] * p[1],
+                s * p[0] + c * p[1],
+                1.1 * p[2] + 0.05 * p[0],
+            ]
         })
         .collect();
     (built, twisted)
@@ -70,20 +87,29 @@ fn wave(n: usize, phase: f64) -> Vec<f64> {
     (0..n).map(|i| (1.3 * i as f64 + phase).sin()).collect()
 }
 
-/// Sixth-order central difference of a vector function along a direction.
+/// Sixth-order central difference of a vector function along a direction. The step is small
+/// because contacts and the tension curve have kinks that a longer one would straddle.
 fn difference(f: impl Fn(f64) -> Vec<f64>, h: f64) -> Vec<f64> {
     let term = |k: f64| {
         let (high, low) = (f(k * h), f(-k * h));
-        high.iter().zip(low).map(|(a, b)| (a - b) / h).collect::<Vec<_>>()
+        high.iter()
+            .zip(low)
+            .map(|(a, b)| (a - b) / h)
+            .collect::<Vec<_>>()
     };
     let (one, two, three) = (term(1.0), term(2.0), term(3.0));
-    (0..one.len()).map(|i| 0.75 * one[i] - 0.15 * two[i] + three[i] / 60.0).collect()
+    (0..one.len())
+        .map(|i| 0.75 * one[i] - 0.15 * two[i] + three[i] / 60.0)
+        .collect()
 }
 
 fn moved(assembly: &Assembly<3>, x: &[Point], direction: &[f64], t: f64) -> Vec<Point> {
     let mut all = x.to_vec();
     let mut unknowns = assembly.dofs().gather(x);
-    unknowns.iter_mut().zip(direction).for_each(|(u, d)| *u += t * d);
+    unknowns
+        .iter_mut()
+        .zip(direction)
+        .for_each(|(u, d)| *u += t * d);
     assembly.dofs().scatter(&unknowns, &mut all);
     all
 }
@@ -96,7 +122,10 @@ fn clear_roller(assembly: &Assembly<3>, direction: &mut [f64]) {
 fn close(a: &[f64], b: &[f64], tolerance: f64) {
     let scale = b.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        assert!((a - b).abs() <= tolerance * scale, "entry {i}: {a} against {b}, scale {scale}");
+        assert!(
+            (a - b).abs() <= tolerance * scale,
+            "entry {i}: {a} against {b}, scale {scale}"
+        );
     }
 }
 
@@ -115,13 +144,13 @@ fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient(
         let gradient = gradient_at(&x);
         let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
         let energy = |t| vec![assembly.energy(&moved(&assembly, &x, &direction, t), &ACTIVATIONS)];
-        close(&[slope], &difference(energy, 1e-3), 1e-9);
+        close(&[slope], &difference(energy, 1e-5), 1e-8);
 
         let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
         assembly.hessian(&x, &ACTIVATIONS, DefinitenessFilter::None, &mut hessian);
         let mut product = vec![0.0; n];
         hessian.apply(&direction, &mut product);
-        let differences = difference(|t| gradient_at(&moved(&assembly, &x, &direction, t)), 1e-3);
+        let differences = difference(|t| gradient_at(&moved(&assembly, &x, &direction, t)), 1e-5);
         close(&product, &differences, 1e-8);
 
         let mut displacement = vec![[0.0; 3]; x.len()];
@@ -155,11 +184,14 @@ fn the_force_of_a_muscle_is_the_slope_in_its_activation() {
 
 #[test]
 fn internal_forces_and_torques_sum_to_zero() {
-    let (rest, tets) = bar();
+    let mesh = bar();
     let (_, x) = assembly(Stretch::Plain);
-    let body = AssemblyBuilder::new(&rest, &tets, Dofs::all_free(&rest).unwrap())
+    let body = AssemblyBuilder::new(&mesh, Dofs::all_free(mesh.nodes()).unwrap())
         .unwrap()
-        .material(NeoHookean { mu: 1e3, lambda: 4e3 })
+        .material(NeoHookean {
+            mu: 1e3,
+            lambda: 4e3,
+        })
         .unwrap()
         .build()
         .unwrap();
@@ -168,7 +200,11 @@ fn internal_forces_and_torques_sum_to_zero() {
     for k in 0..3 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let force: f64 = forces.iter().map(|f| f[k]).sum();
-        let torque: f64 = forces.iter().zip(&x).map(|(f, p)| p[i] * f[j] - p[j] * f[i]).sum();
+        let torque: f64 = forces
+            .iter()
+            .zip(&x)
+            .map(|(f, p)| p[i] * f[j] - p[j] * f[i])
+            .sum();
         assert!(force.abs() < 1e-13 * largest && torque.abs() < 1e-12 * largest);
     }
     let gradient = {
@@ -183,19 +219,27 @@ fn internal_forces_and_torques_sum_to_zero() {
 #[test]
 fn one_and_three_threads_give_the_same_bits() {
     let evaluate = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| {
-            let mesh = fem_assembly::mesh::kuhn_grid(12, 12, 30, [1.0, 1.0, 3.0]).unwrap();
-            let rest = mesh.nodes().to_vec();
-            let dofs = Dofs::with_fixed_nodes(&rest, &[0, 5, 11]).unwrap();
-            let assembly = AssemblyBuilder::new(&rest, mesh.elements(), dofs)
+            let mesh = kuhn_grid(12, 12, 30, [1.0, 1.0, 3.0]).unwrap();
+            let rest = mesh.nodes();
+            let dofs = Dofs::with_fixed_nodes(rest, &[0, 5, 11]).unwrap();
+            let assembly = AssemblyBuilder::new(&mesh, dofs)
                 .unwrap()
-                .material(NeoHookean { mu: 1e3, lambda: 4e3 })
+                .material(NeoHookean {
+                    mu: 1e3,
+                    lambda: 4e3,
+                })
                 .unwrap()
                 .build()
                 .unwrap();
-            let x: Vec<Point> =
-                rest.iter().map(|p| [p[0] * 1.1, p[1] + 0.1 * p[0] * p[2], p[2] * 0.9]).collect();
+            let x: Vec<Point> = rest
+                .iter()
+                .map(|p| [p[0] * 1.1, p[1] + 0.1 * p[0] * p[2], p[2] * 0.9])
+                .collect();
             let mut gradient = vec![0.0; assembly.dofs().unknowns()];
             let energy = assembly.gradient(&x, &[], &mut gradient);
             let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());

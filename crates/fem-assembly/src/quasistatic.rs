@@ -1,0 +1,120 @@
+//! Equilibrium f(x^C, x^U, θ_a) = 0 as a problem for Newton's method (document 000, eq. 3).
+
+use crate::assembly::Assembly;
+use crate::error::AssemblyError;
+use fem_materials::DefinitenessFilter;
+use fem_solvers::{BlockPattern, BlockSymmetric, Definiteness, NonlinearProblem};
+use std::sync::Arc;
+
+/// The free nodes of an assembly, looking for the positions at which all forces on them vanish
+/// while the prescribed nodes and the activations stay as given.
+///
+/// ```
+/// use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
+/// use fem_materials::NeoHookean;
+/// use fem_solvers::{Newton, NewtonParams};
+///
+/// // A cube, its left face held, its right face pulled by a fifth.
+/// let mesh = fem_assembly::mesh::kuhn_grid(3, 3, 3, [1.0; 3])?;
+/// let is_held = |p: &[f64; 3]| p[0] == 0.0 || p[0] == 1.0;
+/// let held: Vec<usize> = (0..64).filter(|&n| is_held(&mesh.nodes()[n])).collect();
+/// let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &held)?;
+/// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
+/// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
+///
+/// let pulled: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| [1.2 * p[0], p[1], p[2]]).collect();
+/// let problem = Quasistatic::new(&assembly, pulled, vec![])?;
+/// let mut x = problem.unknowns();
+/// let info = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default())?;
+/// assert!(info.iterations < 10);
+/// let shape = problem.positions(&x);
+/// assert!(assembly.volume_ratios(&shape).iter().all(|&j| j > 0.9));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Quasistatic<'a, const D: usize> {
+    assembly: &'a Assembly<D>,
+    positions: Vec<[f64; D]>,
+    activations: Vec<f64>,
+}
+
+impl<'a, const D: usize> Quasistatic<'a, D> {
+    /// `positions` holds the prescribed nodes' places and a first guess for the free ones, metres.
+    ///
+    /// # Errors
+    /// When a list has the wrong length or a number is not finite.
+    pub fn new(
+        assembly: &'a Assembly<D>,
+        positions: Vec<[f64; D]>,
+        activations: Vec<f64>,
+    ) -> Result<Self, AssemblyError> {
+        let nodes = assembly.rest().len();
+        if positions.len() != nodes {
+            let (what, found) = ("positions", positions.len());
+            return Err(AssemblyError::WrongLength { what, found, expected: nodes });
+        }
+        if activations.len() != assembly.channels() {
+            let (what, found, expected) = ("activations", activations.len(), assembly.channels());
+            return Err(AssemblyError::WrongLength { what, found, expected });
+        }
+        if let Some(index) = positions.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+            return Err(AssemblyError::NotFinite { what: "the position of node", index });
+        }
+        if let Some(index) = activations.iter().position(|a| !a.is_finite()) {
+            return Err(AssemblyError::NotFinite { what: "activation", index });
+        }
+        Ok(Self { assembly, positions, activations })
+    }
+
+    /// The first guess for the unknowns.
+    pub fn unknowns(&self) -> Vec<f64> {
+        self.assembly.dofs().gather(&self.positions)
+    }
+
+    /// All positions for given unknowns.
+    pub fn positions(&self, unknowns: &[f64]) -> Vec<[f64; D]> {
+        let mut all = self.positions.clone();
+        self.assembly.dofs().scatter(unknowns, &mut all);
+        all
+    }
+
+    /// The assembly that is in equilibrium.
+    pub fn assembly(&self) -> &'a Assembly<D> {
+        self.assembly
+    }
+
+    /// The activations in force.
+    pub fn activations(&self) -> &[f64] {
+        &self.activations
+    }
+}
+
+impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
+    fn blocks(&self) -> usize {
+        self.assembly.dofs().free_nodes()
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.assembly.pattern().clone()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        self.assembly.free_energy(&self.positions(x), &self.activations)
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        self.assembly.gradient(&self.positions(x), &self.activations, g);
+    }
+    fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
+        self.assembly.gradient(&self.positions(x), &self.activations, g)
+    }
+    fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<D>) {
+        let filter = match definiteness {
+            Definiteness::Exact => DefinitenessFilter::None,
+            Definiteness::Projected => DefinitenessFilter::Clamp,
+            Definiteness::Absolute => DefinitenessFilter::Absolute,
+        };
+        self.assembly.hessian(&self.positions(x), &self.activations, filter, out);
+    }
+    fn coordinates(&self) -> Option<Vec<[f64; D]>> {
+        let rest = self.assembly.rest();
+        Some(self.assembly.dofs().node_of_row().iter().map(|&n| rest[n as usize]).collect())
+    }
+}
