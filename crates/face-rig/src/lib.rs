@@ -2,4 +2,6 @@
 
 pub mod builtin;
 pub mod export;
+pub mod fit;
 pub mod pictures;
+pub mod rig;

@@ -34,8 +34,15 @@ pub(crate) trait Part<const D: usize>: Send + Sync {
     fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]);
     /// Adds (∂²E/∂x^U∂x) δx of the chunk's rows, δx given at every node.
     fn differential(&self, state: State<D>, displacement: &[[f64; D]], rows: &mut [[f64; D]]);
-    /// Subtracts ∂E/∂x at every vertex of the elements that this chunk owns.
-    fn forces_everywhere(&self, state: State<D>, forces: &mut [[f64; D]]);
+    /// Adds ∂E/∂x at every vertex of the elements that this chunk owns.
+    fn gradient_everywhere(&self, state: State<D>, nodes: &mut [[f64; D]]);
+    /// Adds (∂²E/∂x²) δx at every vertex of the elements that this chunk owns.
+    fn differential_everywhere(
+        &self,
+        state: State<D>,
+        displacement: &[[f64; D]],
+        nodes: &mut [[f64; D]],
+    );
     /// Adds ∂²E/∂x^U∂α_c of the chunk's rows for one activation channel.
     fn activation_gradient(&self, state: State<D>, channel: usize, rows: &mut [[f64; D]]);
 }
@@ -192,24 +199,32 @@ impl<const D: usize, L: Law<D>> Kernel for GradientPass<'_, D, L> {
     }
 }
 
-struct ForcesEverywherePass<'a, const D: usize, L>(
-    &'a Elements<D, L>,
-    State<'a, D>,
-    &'a mut [[f64; D]],
-);
-impl<const D: usize, L: Law<D>> Kernel for ForcesEverywherePass<'_, D, L> {
+/// Which field a pass over all nodes adds: the gradient, or the Hessian's product with a field.
+struct EverywherePass<'a, const D: usize, L> {
+    part: &'a Elements<D, L>,
+    state: State<'a, D>,
+    displacement: Option<&'a [[f64; D]]>,
+    nodes: &'a mut [[f64; D]],
+}
+impl<const D: usize, L: Law<D>> Kernel for EverywherePass<'_, D, L> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self(part, state, forces) = self;
+        let Self { part, state, displacement, nodes } = self;
         for (k, block) in part.blocks.iter().enumerate() {
             let F = block.deformation_gradient(state.positions);
-            let (_, P) = part.law.energy_and_stress(k, state.activations, &F);
+            let P = match displacement {
+                None => part.law.energy_and_stress(k, state.activations, &F).1,
+                Some(field) => {
+                    let dF = block.deformation_gradient(field);
+                    part.law.stress_differential(k, state.activations, &F, &dF)
+                }
+            };
             let nodal = block.nodal_gradient(&P);
-            for a in 0..=D {
-                for lane in (0..block.used).filter(|&lane| part.owned[k][lane] != NONE) {
+            for lane in (0..block.used).filter(|&lane| part.owned[k][lane] != NONE) {
+                for a in 0..=D {
                     for i in 0..D {
-                        forces[block.nodes[a][lane] as usize][i] -= nodal[a][i].0[lane];
+                        nodes[block.nodes[a][lane] as usize][i] += nodal[a][i].0[lane];
                     }
                 }
             }
@@ -348,8 +363,16 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
             rows,
         });
     }
-    fn forces_everywhere(&self, state: State<D>, forces: &mut [[f64; D]]) {
-        dispatch(ForcesEverywherePass(self, state, forces));
+    fn gradient_everywhere(&self, state: State<D>, nodes: &mut [[f64; D]]) {
+        dispatch(EverywherePass { part: self, state, displacement: None, nodes });
+    }
+    fn differential_everywhere(
+        &self,
+        state: State<D>,
+        displacement: &[[f64; D]],
+        nodes: &mut [[f64; D]],
+    ) {
+        dispatch(EverywherePass { part: self, state, displacement: Some(displacement), nodes });
     }
     fn activation_gradient(&self, state: State<D>, channel: usize, rows: &mut [[f64; D]]) {
         dispatch(ActivationPass {

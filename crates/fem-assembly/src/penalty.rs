@@ -158,13 +158,35 @@ impl<const D: usize> Penalty<D> {
         dofs: &Dofs<D>,
         product: &mut [f64],
     ) {
-        for (node, contact) in self.contacts(positions) {
+        for (node, push) in self.pushes(positions, displacement) {
             let Some(row) = dofs.row(node) else { continue };
-            let block = self.stiffness_block(&contact, DefinitenessFilter::None);
-            let push = block.mul_vec(displacement[node]);
             for k in 0..D {
                 product[D * row + k] += push[k];
             }
         }
+    }
+
+    pub(crate) fn add_product_everywhere(
+        &self,
+        positions: &[[f64; D]],
+        displacement: &[[f64; D]],
+        product: &mut [[f64; D]],
+    ) {
+        for (node, push) in self.pushes(positions, displacement) {
+            for k in 0..D {
+                product[node][k] += push[k];
+            }
+        }
+    }
+
+    fn pushes<'a>(
+        &'a self,
+        positions: &'a [[f64; D]],
+        displacement: &'a [[f64; D]],
+    ) -> impl Iterator<Item = (usize, [f64; D])> + 'a {
+        self.contacts(positions).map(|(node, contact)| {
+            let block = self.stiffness_block(&contact, DefinitenessFilter::None);
+            (node, block.mul_vec(displacement[node]))
+        })
     }
 }

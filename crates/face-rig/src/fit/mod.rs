@@ -1,0 +1,8 @@
+//! From what is seen to θ: the fit of activations, jaw and head pose by Gauss-Newton.
+
+mod parametrization;
+mod problem;
+mod rotation;
+
+pub use parametrization::{CraniumModel, JawModel, Parametrization};
+pub use problem::{FitError, FitIteration, FitParams, FitReport, Fitter, Orthogonality};

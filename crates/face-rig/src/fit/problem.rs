@@ -1,0 +1,382 @@
+//! The least-squares problem ½ |g* − g(x(θ))|² and its solution.
+
+use super::parametrization::Parametrization;
+use crate::rig::{Direction, Frame, Observation, Parameters, Rig, RigError};
+use fem_solvers::{
+    Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop,
+    LeastSquares, Loss, Prior, StepMethod, gauss_newton_observed,
+};
+use std::cell::Cell;
+use std::time::Instant;
+
+/// Weights of ½ w |MᵀM − I|² for the affine frames (document 000, 2.2 and 2.3); metres².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Orthogonality {
+    /// Weight for the cranium.
+    pub cranium: f64,
+    /// Weight for the jaw.
+    pub jaw: f64,
+}
+
+/// How to fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitParams {
+    /// Linear algebra of a step: QR, or the normal equations.
+    pub method: StepMethod,
+    /// Damping; [`Damping::None`] takes full Gauss-Newton steps.
+    pub damping: Damping,
+    /// Bounds of the activations; `None` lets muscles push.
+    pub activation_bounds: Option<[f64; 2]>,
+    /// Largest turn of the jaw either way, radians, for a hinged jaw.
+    pub jaw_angle_bounds: Option<[f64; 2]>,
+    /// Tikhonov weight w_a of ½ w_a |α|², metres².
+    pub activation_weight: f64,
+    /// Tikhonov weight of the head's and the jaw's numbers, metres² over their unit squared.
+    pub pose_weight: f64,
+    /// Orthogonality of affine frames.
+    pub orthogonality: Orthogonality,
+    /// Robust loss of each point; its scale in metres.
+    pub loss: Loss,
+    /// Most accepted steps.
+    pub max_iterations: usize,
+    /// Stop when the root-mean-square distance is at most this, metres.
+    pub rms_tolerance: f64,
+    /// Stop when a step lowers the root-mean-square distance by less than this, metres.
+    pub rms_change: f64,
+    /// Stop when no number moves by more than this.
+    pub step_tolerance: f64,
+}
+
+impl Default for FitParams {
+    fn default() -> Self {
+        Self {
+            method: StepMethod::Qr,
+            damping: Damping::Marquardt { initial: 1e-3 },
+            activation_bounds: Some([0.0, 1.0]),
+            jaw_angle_bounds: Some([-0.1, 0.7]),
+            activation_weight: 1e-7,
+            pose_weight: 0.0,
+            orthogonality: Orthogonality { cranium: 1e-2, jaw: 1e-2 },
+            loss: Loss::Square,
+            max_iterations: 40,
+            rms_tolerance: 1e-6,
+            rms_change: 2e-6,
+            step_tolerance: 1e-6,
+        }
+    }
+}
+
+/// One accepted step, as a report shows it; iteration 0 is the start.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct FitIteration {
+    /// Steps so far.
+    pub iteration: usize,
+    /// Root-mean-square distance of the observed points, millimetres, without weights.
+    pub rms_mm: f64,
+    /// Largest distance of a point, millimetres.
+    pub largest_mm: f64,
+    /// Cost with weights, loss and priors, metres².
+    pub cost: f64,
+    /// Largest entry of the step.
+    pub step: f64,
+    /// Damping.
+    pub damping: f64,
+    /// Activations that sit on a bound.
+    pub activations_at_bounds: usize,
+    /// Seconds since the fit began.
+    pub seconds: f64,
+}
+
+/// A fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitReport {
+    /// The numbers found.
+    pub q: Vec<f64>,
+    /// θ of them.
+    pub parameters: Parameters,
+    /// The start and every accepted step.
+    pub iterations: Vec<FitIteration>,
+    /// Why it stopped.
+    pub stop: GaussNewtonStop,
+    /// x(θ), metres.
+    pub positions: Vec<[f64; 3]>,
+}
+
+/// A fit that could not be finished.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// Lists that do not belong together.
+    #[error("{what}: {found} given, {expected} needed")]
+    WrongLength {
+        /// What was counted.
+        what: &'static str,
+        /// How many were given.
+        found: usize,
+        /// How many are needed.
+        expected: usize,
+    },
+    /// NaN or ∞ in targets or weights, or a negative weight.
+    #[error("target or weight {index} is not usable: {value}")]
+    BadNumber {
+        /// Its place.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// The target names no points.
+    #[error("the target is empty: no points to fit")]
+    EmptyTarget,
+    /// The parametrisation leaves nothing to vary.
+    #[error("nothing to fit: no muscle, jaw or head number may vary")]
+    NothingToFit,
+    /// The solver gave up; the best pose so far is kept.
+    #[error("{source}")]
+    NotConverged {
+        /// Why.
+        source: GaussNewtonError<RigError>,
+        /// The best pose so far and the way there.
+        best: Box<FitReport>,
+    },
+    /// Not even the starting pose has an equilibrium.
+    #[error("the starting pose has no equilibrium: {0}")]
+    Start(#[source] Box<RigError>),
+}
+
+/// What to fit: observed points, where they should be, and how much each counts.
+#[derive(Clone, Copy)]
+pub struct Fitter<'a> {
+    /// g.
+    pub observation: &'a dyn Observation,
+    /// g*, metres.
+    pub target: &'a [f64],
+    /// One weight for each observed point (three numbers); empty for 1 everywhere.
+    pub weights: &'a [f64],
+    /// Which numbers may vary.
+    pub parametrization: &'a Parametrization,
+    /// How to fit.
+    pub params: &'a FitParams,
+}
+
+impl Fitter<'_> {
+    /// Fits, starting from the numbers `start`. `observer` is called with every accepted step.
+    ///
+    /// # Errors
+    /// Bad input is named; [`FitError::NotConverged`] still carries the best pose.
+    pub fn fit(
+        &self,
+        rig: &mut Rig,
+        start: &[f64],
+        observer: &mut dyn FnMut(&FitIteration),
+    ) -> Result<FitReport, FitError> {
+        let roots = self.check(rig, start)?;
+        let map = self.parametrization;
+        let begin = Instant::now();
+        let seen = Cell::new((0.0, 0.0));
+        let mut q = start.to_vec();
+        let mut problem = Problem { fitter: self, rig, roots, seen: &seen };
+        let mut iterations = Vec::new();
+        let outcome = gauss_newton_observed(&mut problem, &mut q, &self.settings(start), &mut |i| {
+            let (rms, largest) = seen.get();
+            let report = FitIteration {
+                iteration: i.iteration,
+                rms_mm: 1e3 * rms,
+                largest_mm: 1e3 * largest,
+                cost: i.cost,
+                step: i.step,
+                damping: i.lambda,
+                activations_at_bounds: self.at_bounds(i.theta),
+                seconds: begin.elapsed().as_secs_f64(),
+            };
+            observer(&report);
+            iterations.push(report);
+        });
+        let parameters = map.parameters(&q);
+        let report = |stop| -> Result<FitReport, RigError> {
+            let positions = problem.pose(&parameters)?;
+            Ok(FitReport { q, parameters, iterations, stop, positions })
+        };
+        match outcome {
+            Ok(info) => report(info.stop).map_err(|e| FitError::Start(Box::new(e))),
+            Err(source) => match source.reason {
+                GaussNewtonFailure::Evaluation(error) if source.iteration == 0 && report_is_missing(source.cost) => {
+                    Err(FitError::Start(Box::new(error)))
+                }
+                _ => match report(GaussNewtonStop::Step) {
+                    Ok(best) => Err(FitError::NotConverged { source, best: Box::new(best) }),
+                    Err(error) => Err(FitError::Start(Box::new(error))),
+                },
+            },
+        }
+    }
+
+    fn at_bounds(&self, q: &[f64]) -> usize {
+        let activations = &q[..self.parametrization.active.len()];
+        self.params.activation_bounds.map_or(0, |[low, high]| {
+            activations.iter().filter(|&&a| a <= low || a >= high).count()
+        })
+    }
+
+    fn settings(&self, start: &[f64]) -> GaussNewtonParams {
+        let (map, params) = (self.parametrization, self.params);
+        let muscles = map.active.len();
+        let mut lower = vec![f64::NEG_INFINITY; map.len()];
+        let mut upper = vec![f64::INFINITY; map.len()];
+        if let Some([low, high]) = params.activation_bounds {
+            lower[..muscles].fill(low);
+            upper[..muscles].fill(high);
+        }
+        if let (Some([low, high]), Some(_)) = (params.jaw_angle_bounds, map.jaw_angle(start)) {
+            let place = muscles + map.cranium_numbers();
+            (lower[place], upper[place]) = (low, high);
+        }
+        let mut weights = vec![params.pose_weight; map.len()];
+        weights[..muscles].fill(params.activation_weight);
+        GaussNewtonParams {
+            method: params.method,
+            damping: params.damping,
+            bounds: Some(Bounds { lower, upper }),
+            prior: Some(Prior { weights, values: map.rest() }),
+            loss: params.loss,
+            group_size: 3,
+            max_iterations: params.max_iterations,
+            step_tolerance: params.step_tolerance,
+            cost_tolerance: 0.0,
+            gradient_tolerance: 0.0,
+            residual_tolerance: params.rms_tolerance,
+        }
+    }
+
+    /// Square roots of the weights, one per number.
+    fn check(&self, rig: &Rig, start: &[f64]) -> Result<Vec<f64>, FitError> {
+        let dim = self.observation.dim();
+        let same = |what, found, expected| {
+            if found == expected {
+                Ok(())
+            } else {
+                Err(FitError::WrongLength { what, found, expected })
+            }
+        };
+        if dim == 0 {
+            return Err(FitError::EmptyTarget);
+        }
+        if self.parametrization.is_empty() {
+            return Err(FitError::NothingToFit);
+        }
+        same("numbers in the target", self.target.len(), dim)?;
+        same("muscles of the parametrisation", self.parametrization.muscles, rig.muscles())?;
+        same("starting numbers", start.len(), self.parametrization.len())?;
+        if !self.weights.is_empty() {
+            same("weights", self.weights.len(), dim / 3)?;
+        }
+        let finite = self.target.iter().map(|v| (*v, v.is_finite()));
+        let positive = self.weights.iter().map(|v| (*v, v.is_finite() && *v >= 0.0));
+        for (index, (value, usable)) in finite.chain(positive).enumerate() {
+            if !usable {
+                return Err(FitError::BadNumber { index, value });
+            }
+        }
+        let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| w.sqrt());
+        Ok((0..dim).map(root).collect())
+    }
+}
+
+fn report_is_missing(cost: f64) -> bool {
+    cost.is_nan()
+}
+
+struct Problem<'a> {
+    fitter: &'a Fitter<'a>,
+    rig: &'a mut Rig,
+    roots: Vec<f64>,
+    /// (root mean square, largest) distance at the last evaluation, metres.
+    seen: &'a Cell<(f64, f64)>,
+}
+
+impl Problem<'_> {
+    fn pose(&mut self, parameters: &Parameters) -> Result<Vec<[f64; 3]>, RigError> {
+        if self.rig.solved().parameters != *parameters {
+            self.rig.solve(parameters)?;
+        }
+        Ok(self.rig.solved().positions())
+    }
+
+    /// (weight root, frame, number of the first row) of each frame kept near orthogonal.
+    fn orthogonality(&self) -> [f64; 2] {
+        let Orthogonality { cranium, jaw } = self.fitter.params.orthogonality;
+        let map = self.fitter.parametrization;
+        let kept = |numbers: usize, weight: f64| if numbers == 12 { weight.sqrt() } else { 0.0 };
+        [kept(map.cranium_numbers(), cranium), kept(map.jaw_numbers(), jaw)]
+    }
+}
+
+impl LeastSquares for Problem<'_> {
+    type Error = RigError;
+
+    fn residuals(&self) -> usize {
+        let frames = self.orthogonality().iter().filter(|w| **w > 0.0).count();
+        self.fitter.observation.dim() + 9 * frames
+    }
+
+    fn parameters(&self) -> usize {
+        self.fitter.parametrization.len()
+    }
+
+    fn residual(&mut self, q: &[f64], r: &mut [f64]) -> Result<(), RigError> {
+        let parameters = self.fitter.parametrization.parameters(q);
+        let x = self.pose(&parameters)?;
+        let dim = self.fitter.observation.dim();
+        let (data, mut rest) = r.split_at_mut(dim);
+        self.fitter.observation.value(&x, data);
+        let (mut sum, mut largest) = (0.0, 0.0_f64);
+        for (point, target) in data.chunks_mut(3).zip(self.fitter.target.chunks(3)) {
+            point.iter_mut().zip(target).for_each(|(g, t)| *g -= t);
+            let square: f64 = point.iter().map(|d| d * d).sum();
+            sum += square;
+            largest = largest.max(square.sqrt());
+        }
+        self.seen.set(((sum * 3.0 / dim as f64).sqrt(), largest));
+        data.iter_mut().zip(&self.roots).for_each(|(d, root)| *d *= root);
+        let frames = [parameters.cranium, parameters.jaw];
+        for (frame, root) in frames.iter().zip(self.orthogonality()).filter(|(_, w)| *w > 0.0) {
+            let (own, tail) = rest.split_at_mut(9);
+            own.iter_mut().zip(frame.orthogonality()).for_each(|(o, e)| *o = root * e);
+            rest = tail;
+        }
+        Ok(())
+    }
+
+    fn jacobian(&mut self, q: &[f64], j: &mut [f64]) -> Result<(), RigError> {
+        let map = self.fitter.parametrization;
+        let parameters = map.parameters(q);
+        self.pose(&parameters)?;
+        let (dim, rows) = (self.fitter.observation.dim(), self.residuals());
+        let directions = map.directions(q);
+        let weights = self.orthogonality();
+        let sensitivity = self.rig.sensitivity()?;
+        let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
+        let data = sensitivity.jacobian(self.fitter.observation, &directions, route);
+        for ((column, seen), direction) in
+            j.chunks_exact_mut(rows).zip(data.chunks_exact(dim)).zip(&directions)
+        {
+            for ((c, d), root) in column.iter_mut().zip(seen).zip(&self.roots) {
+                *c = d * root;
+            }
+            let zero = Frame::ZERO;
+            let (cranium, jaw) = match direction {
+                Direction::Activation(_) => (&zero, &zero),
+                Direction::Cranium(d) => (d, &zero),
+                Direction::Jaw(d) => (&zero, d),
+            };
+            let moved = [(parameters.cranium, cranium), (parameters.jaw, jaw)];
+            let mut rest = &mut column[dim..];
+            for ((frame, d), root) in moved.iter().zip(weights).filter(|(_, w)| *w > 0.0) {
+                let (own, tail) = rest.split_at_mut(9);
+                let change = frame.orthogonality_differential(d);
+                own.iter_mut().zip(change).for_each(|(o, e)| *o = root * e);
+                rest = tail;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,326 @@
+//! x(θ): the equilibrium shape of a pose.
+
+use super::error::RigError;
+use super::frame::Frame;
+use super::jacobian::Sensitivity;
+use super::parameters::Parameters;
+use fem_assembly::{Assembly, Quasistatic};
+use fem_solvers::{CholeskyFactor, Newton, NewtonError, NewtonFailure, NewtonParams};
+use std::time::{Duration, Instant};
+
+/// A face that can be posed: flesh with muscles, clamped to a cranium and a jaw.
+///
+/// The equilibrium z is found in the frame of the cranium, with the cranium's nodes at rest and the
+/// jaw's nodes X at M_j X + t_j; the face is then x = M_c z + t_c at *every* node, so that a
+/// non-orthogonal M_c changes no force (document 000, 3.2, with the position before the map).
+pub struct Rig {
+    assembly: Assembly<3>,
+    jaw: Vec<u32>,
+    newton: Newton<3>,
+    params: RigParams,
+    solved: Solved,
+    tangent: Option<Tangent>,
+    work: Work,
+}
+
+/// A pose with its factored stiffness: neighbouring poses start from its prediction.
+struct Tangent {
+    at: Solved,
+    factor: CholeskyFactor<f64, 3>,
+}
+
+/// How a rig is solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigParams {
+    /// How each equilibrium is solved; forces in newtons.
+    pub newton: NewtonParams,
+    /// The smallest part of the way to a new pose that is tried before giving up.
+    pub smallest_step: f64,
+}
+
+impl Default for RigParams {
+    fn default() -> Self {
+        let newton = NewtonParams {
+            gradient_tolerance: 1e-9,
+            relative_gradient_tolerance: 0.0,
+            ..NewtonParams::default()
+        };
+        Self { newton, smallest_step: 1.0 / 256.0 }
+    }
+}
+
+/// A pose with its equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solved {
+    /// θ.
+    pub parameters: Parameters,
+    /// z: positions of all nodes in the frame of the cranium, metres.
+    pub in_cranium_frame: Vec<[f64; 3]>,
+}
+
+impl Solved {
+    /// x = M_c z + t_c, metres.
+    pub fn positions(&self) -> Vec<[f64; 3]> {
+        self.in_cranium_frame.iter().map(|&z| self.parameters.cranium.apply(z)).collect()
+    }
+}
+
+/// What a rig has done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Equilibria solved, part-way poses included.
+    pub equilibria: usize,
+    /// Newton steps.
+    pub newton_steps: usize,
+    /// Numeric factorisations.
+    pub factorizations: usize,
+    /// Time in equilibria.
+    pub equilibrium_time: Duration,
+    /// Time in derivatives.
+    pub jacobian_time: Duration,
+}
+
+impl std::fmt::Debug for Rig {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Rig")
+            .field("assembly", &self.assembly)
+            .field("jaw_nodes", &self.jaw.len())
+            .field("params", &self.params)
+            .field("work", &self.work)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Rig {
+    /// Takes an assembly whose prescribed nodes are those of cranium and jaw; `jaw` lists the latter.
+    ///
+    /// # Errors
+    /// When a jaw node is not among the prescribed ones.
+    pub fn new(assembly: Assembly<3>, jaw: &[usize], params: RigParams) -> Result<Self, RigError> {
+        let expected = assembly.rest().len();
+        for &node in jaw {
+            if node >= expected || assembly.dofs().row(node).is_some() {
+                return Err(RigError::JawNodeNotPrescribed { node });
+            }
+        }
+        let parameters = Parameters::rest(assembly.channels());
+        let rest = assembly.rest().to_vec();
+        let newton = Newton::new(&Quasistatic::new(
+            &assembly,
+            rest.clone(),
+            parameters.activations.clone(),
+        )?);
+        let solved = Solved { parameters, in_cranium_frame: rest };
+        let jaw = jaw.iter().map(|&n| n as u32).collect();
+        let (tangent, work) = (None, Work::default());
+        Ok(Self { assembly, jaw, newton, params, solved, tangent, work })
+    }
+
+    /// Number of muscles.
+    pub fn muscles(&self) -> usize {
+        self.assembly.channels()
+    }
+    /// The mesh with its materials.
+    pub fn assembly(&self) -> &Assembly<3> {
+        &self.assembly
+    }
+    /// The nodes attached to the jaw.
+    pub fn jaw(&self) -> &[u32] {
+        &self.jaw
+    }
+    /// The last pose that was solved; at first the rest shape.
+    pub fn solved(&self) -> &Solved {
+        &self.solved
+    }
+    /// What has been done so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+    /// Makes an earlier pose the starting point of the next solve.
+    pub fn start_from(&mut self, solved: Solved) -> Result<(), RigError> {
+        self.check(&solved.parameters)?;
+        let (found, expected) = (solved.in_cranium_frame.len(), self.assembly.rest().len());
+        if found != expected {
+            return Err(RigError::WrongLength { what: "nodes", found, expected });
+        }
+        self.solved = solved;
+        Ok(())
+    }
+
+    /// Finds the equilibrium of a pose.
+    ///
+    /// The start is the nearer of the last solved pose and the last one whose derivative was taken,
+    /// moved along its tangent dz/dθ; without the tangent, bones that move a few millimetres would
+    /// turn the elements beside them inside out. The whole way is tried first; where that fails it
+    /// is walked in parts. After an error the rig still holds its last solved pose.
+    ///
+    /// # Errors
+    /// [`RigError::NoEquilibrium`] says how far the walk came.
+    pub fn solve(&mut self, parameters: &Parameters) -> Result<&Solved, RigError> {
+        self.check(parameters)?;
+        let begin = Instant::now();
+        let walked = self.walk(parameters);
+        self.work.equilibrium_time += begin.elapsed();
+        self.solved = walked?;
+        Ok(&self.solved)
+    }
+
+    fn walk(&mut self, target: &Parameters) -> Result<Solved, RigError> {
+        let near = |solved: &Solved| distance(&solved.parameters, target);
+        let start = match &self.tangent {
+            Some(tangent) if near(&tangent.at) <= near(&self.solved) => tangent.at.clone(),
+            _ => self.solved.clone(),
+        };
+        let (mut state, mut done, mut part, mut steps) = (start.clone(), 0.0_f64, 1.0_f64, 0);
+        loop {
+            let to = (done + part).min(1.0);
+            let pose = match to {
+                1.0 => target.clone(),
+                _ => between(&start.parameters, target, to),
+            };
+            let guess = self.predict(&state, &pose);
+            match self.equilibrium(guess, &pose) {
+                Ok(in_cranium_frame) => {
+                    state = Solved { parameters: pose, in_cranium_frame };
+                    if to == 1.0 {
+                        return Ok(state);
+                    }
+                    (done, steps, part) = (to, steps + 1, 2.0 * part);
+                }
+                Err(_) if part * 0.5 >= self.params.smallest_step => part *= 0.5,
+                Err(source) => {
+                    let (percent, source) = (100.0 * done, Box::new(source));
+                    let element = self.inverted_element(&state, &pose);
+                    return Err(RigError::NoEquilibrium { percent, steps, element, source });
+                }
+            }
+        }
+    }
+
+    /// The exact derivative at the last solved pose. The stiffness is factored once, here.
+    ///
+    /// # Errors
+    /// [`RigError::Unstable`] where it is not positive definite.
+    pub fn sensitivity(&mut self) -> Result<Sensitivity<'_>, RigError> {
+        let begin = Instant::now();
+        let at = self.solved.clone();
+        self.ensure_tangent(&at)?;
+        self.work.jacobian_time += begin.elapsed();
+        let Self { assembly, jaw, solved, tangent, .. } = self;
+        let factor = tangent.as_ref().map(|t| &t.factor).ok_or(RigError::NoTangent)?;
+        Ok(Sensitivity::new(assembly, jaw, solved, factor))
+    }
+
+    fn ensure_tangent(&mut self, at: &Solved) -> Result<(), RigError> {
+        if self.tangent.as_ref().is_some_and(|t| t.at == *at) {
+            return Ok(());
+        }
+        let Self { assembly, newton, .. } = &mut *self;
+        let activations = at.parameters.activations.clone();
+        let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), activations)?;
+        let factor = newton.factor_at(&problem, &problem.unknowns())?.clone();
+        self.tangent = Some(Tangent { at: at.clone(), factor });
+        self.work.factorizations += 1;
+        Ok(())
+    }
+
+    /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
+    /// tangent does not exist the flesh stays.
+    fn predict(&mut self, state: &Solved, pose: &Parameters) -> Vec<[f64; 3]> {
+        let mut z = state.in_cranium_frame.clone();
+        let moves_bones = state.parameters.jaw != pose.jaw;
+        let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
+        if known || (moves_bones && self.ensure_tangent(state).is_ok()) {
+            if let Some(tangent) = &self.tangent {
+                let change = Change::between(&state.parameters, pose);
+                let dz = Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
+                    .in_cranium_frame(&change.activations, &change.jaw);
+                for (z, d) in z.iter_mut().zip(dz) {
+                    *z = std::array::from_fn(|i| z[i] + d[i]);
+                }
+            }
+        }
+        self.place_bones(&mut z, &pose.jaw);
+        z
+    }
+
+    /// Prescribed nodes at their pose.
+    fn place_bones(&self, z: &mut [[f64; 3]], jaw: &Frame) {
+        for &n in &self.jaw {
+            z[n as usize] = jaw.apply(self.assembly.rest()[n as usize]);
+        }
+    }
+
+    fn equilibrium(
+        &mut self,
+        guess: Vec<[f64; 3]>,
+        pose: &Parameters,
+    ) -> Result<Vec<[f64; 3]>, NewtonError> {
+        let Self { assembly, newton, params, work, .. } = self;
+        let problem = Quasistatic::new(assembly, guess, pose.activations.clone())
+            .map_err(|_| outside_domain())?;
+        let mut x = problem.unknowns();
+        let info = newton.solve(&problem, &mut x, &params.newton)?;
+        work.equilibria += 1;
+        work.newton_steps += info.iterations;
+        work.factorizations += info.factorizations;
+        Ok(problem.positions(&x))
+    }
+
+    fn inverted_element(&self, from: &Solved, pose: &Parameters) -> String {
+        let mut z = from.in_cranium_frame.clone();
+        self.place_bones(&mut z, &pose.jaw);
+        match self.assembly.element_outside_domain(&z, &pose.activations) {
+            Some(e) => format!(", element {e} would be turned inside out by moving the bones"),
+            None => String::new(),
+        }
+    }
+
+    fn check(&self, parameters: &Parameters) -> Result<(), RigError> {
+        let (found, expected) = (parameters.activations.len(), self.muscles());
+        if found != expected {
+            return Err(RigError::WrongLength { what: "activations", found, expected });
+        }
+        match parameters.to_vec().iter().position(|v| !v.is_finite()) {
+            Some(index) => Err(RigError::NotFinite { index }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A guess with numbers that are not finite counts as one outside the domain.
+fn outside_domain() -> NewtonError {
+    let energy = f64::INFINITY;
+    let reason = NewtonFailure::OutsideDomain { energy };
+    NewtonError { iteration: 0, energy, gradient_norm: f64::INFINITY, reason }
+}
+
+/// What changes the shape in the cranium's frame on the way between two poses.
+struct Change {
+    activations: Vec<f64>,
+    jaw: Frame,
+}
+
+impl Change {
+    fn between(from: &Parameters, to: &Parameters) -> Self {
+        let (a, b) = (from.jaw.to_array(), to.jaw.to_array());
+        let activations = to.activations.iter().zip(&from.activations);
+        Self {
+            activations: activations.map(|(b, a)| b - a).collect(),
+            jaw: Frame::from_array(std::array::from_fn(|k| b[k] - a[k])),
+        }
+    }
+}
+
+/// |θ_a − θ_b| in what needs an equilibrium: activations and jaw.
+fn distance(a: &Parameters, b: &Parameters) -> f64 {
+    let Change { activations, jaw } = Change::between(a, b);
+    activations.iter().chain(&jaw.to_array()).map(|d| d * d).sum::<f64>().sqrt()
+}
+
+/// (1 − t) a + t b, number by number.
+fn between(a: &Parameters, b: &Parameters, t: f64) -> Parameters {
+    let mixed: Vec<f64> =
+        a.to_vec().iter().zip(b.to_vec()).map(|(a, b)| a + t * (b - a)).collect();
+    Parameters::from_slice(&mixed).unwrap_or_else(|| b.clone())
+}

@@ -1,0 +1,57 @@
+//! Why a pose could not be solved.
+
+use fem_assembly::AssemblyError;
+use fem_solvers::{NewtonError, NewtonFailure};
+
+/// A pose without an equilibrium, or without a derivative there.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RigError {
+    /// θ does not fit the rig.
+    #[error("{what}: {found} given, the rig has {expected}")]
+    WrongLength {
+        /// What was counted.
+        what: &'static str,
+        /// How many were given.
+        found: usize,
+        /// How many the rig has.
+        expected: usize,
+    },
+    /// θ holds NaN or ∞.
+    #[error("parameter {index} is not finite")]
+    NotFinite {
+        /// Its place in θ.
+        index: usize,
+    },
+    /// The jaw can only move nodes that are prescribed.
+    #[error("jaw node {node} does not exist or is not among the prescribed nodes")]
+    JawNodeNotPrescribed {
+        /// The node.
+        node: usize,
+    },
+    /// No equilibrium was found on the way from the last pose to this one.
+    #[error(
+        "no equilibrium: stuck {percent:.1} % of the way from the last solved pose to this one \
+         ({steps} part-way poses solved){element}: {source}"
+    )]
+    NoEquilibrium {
+        /// How far the walk came, per cent.
+        percent: f64,
+        /// Part-way poses solved.
+        steps: usize,
+        /// Names an element that the pose turns inside out, if there is one.
+        element: String,
+        /// What Newton's method said last.
+        source: Box<NewtonError>,
+    },
+    /// The stiffness at an equilibrium is not positive definite: the pose is at a fold, where
+    /// dx/dθ does not exist.
+    #[error("the equilibrium is not stable, dx/dθ does not exist here: {0}")]
+    Unstable(#[from] NewtonFailure),
+    /// The derivative was asked for before any stiffness was factored.
+    #[error("no stiffness has been factored at this pose")]
+    NoTangent,
+    /// The mesh side refused its input.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+}

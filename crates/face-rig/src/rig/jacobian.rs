@@ -1,0 +1,245 @@
+//! dx/dθ, exact: by columns, or by adjoints where fewer numbers are seen than parameters vary.
+
+use super::equilibrium::Solved;
+use super::frame::Frame;
+use super::observation::Observation;
+use super::parameters::Direction;
+use fem_assembly::Assembly;
+use fem_solvers::CholeskyFactor;
+use rayon::prelude::*;
+
+/// How a Jacobian is computed: one linear solve for each direction, or one for each observed number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JacobianRoute {
+    /// K dz = −∂²E/∂z∂θ dθ for each direction (document 000, 3).
+    Columns,
+    /// K λ = (∂g_k/∂z)ᵀ for each observed number.
+    Adjoint,
+}
+
+/// The implicit derivative at an equilibrium, with the stiffness K = ∂²E/∂z^U∂z^U factored.
+#[derive(Debug)]
+pub struct Sensitivity<'a> {
+    assembly: &'a Assembly<3>,
+    jaw: &'a [u32],
+    solved: &'a Solved,
+    positions: Vec<[f64; 3]>,
+    factor: &'a CholeskyFactor<f64, 3>,
+}
+
+impl<'a> Sensitivity<'a> {
+    pub(super) fn new(
+        assembly: &'a Assembly<3>,
+        jaw: &'a [u32],
+        solved: &'a Solved,
+        factor: &'a CholeskyFactor<f64, 3>,
+    ) -> Self {
+        Self { assembly, jaw, solved, positions: solved.positions(), factor }
+    }
+
+    /// x(θ), where the derivative is taken.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
+    /// The route with fewer linear solves. Cranium directions need none on either.
+    pub fn cheaper_route(
+        &self,
+        observation: &dyn Observation,
+        directions: &[Direction],
+    ) -> JacobianRoute {
+        let solves = directions.iter().filter(|d| !matches!(d, Direction::Cranium(_))).count();
+        if observation.dim() < solves { JacobianRoute::Adjoint } else { JacobianRoute::Columns }
+    }
+
+    /// dz for one change of activations and jaw together, by a single solve.
+    pub(super) fn in_cranium_frame(&self, activations: &[f64], jaw: &Frame) -> Vec<[f64; 3]> {
+        let mut dz = self.bone_motion(&Direction::Jaw(*jaw));
+        let mut force = vec![0.0; self.assembly.dofs().unknowns()];
+        self.load(&Direction::Jaw(*jaw), &mut force);
+        let mut unit = vec![0.0; force.len()];
+        for (muscle, &change) in activations.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+            self.load(&Direction::Activation(muscle), &mut unit);
+            force.iter_mut().zip(&unit).for_each(|(f, u)| *f += change * u);
+        }
+        self.factor.solve_in_place(&mut force);
+        force.iter_mut().for_each(|f| *f = -*f);
+        self.assembly.dofs().scatter(&force, &mut dz);
+        dz
+    }
+
+    /// dx for each direction, at every node.
+    pub fn columns(&self, directions: &[Direction]) -> Vec<Vec<[f64; 3]>> {
+        let n = self.assembly.dofs().unknowns();
+        let solving: Vec<usize> = (0..directions.len())
+            .filter(|&k| !matches!(directions[k], Direction::Cranium(_)))
+            .collect();
+        let mut block = vec![0.0; n * solving.len()];
+        if n > 0 {
+            block.par_chunks_exact_mut(n).zip(&solving).for_each(|(rhs, &k)| {
+                self.load(&directions[k], rhs);
+            });
+            self.factor.solve_many(&mut block, solving.len());
+        }
+        let mut next = 0;
+        directions
+            .iter()
+            .map(|direction| {
+                let mut dz = self.bone_motion(direction);
+                match direction {
+                    Direction::Cranium(d) => {
+                        self.solved.in_cranium_frame.iter().map(|&z| d.apply(z)).collect()
+                    }
+                    Direction::Activation(_) | Direction::Jaw(_) => {
+                        let column: Vec<f64> =
+                            block[next * n..(next + 1) * n].iter().map(|v| -v).collect();
+                        next += 1;
+                        self.assembly.dofs().scatter(&column, &mut dz);
+                        let cranium = &self.solved.parameters.cranium;
+                        dz.iter().map(|&d| cranium.rotate(d)).collect()
+                    }
+                }
+            })
+            .collect()
+    }
+
+    /// ∂g/∂θ for the given directions, column-major: one column of `observation.dim()` numbers for
+    /// each direction.
+    pub fn jacobian(
+        &self,
+        observation: &dyn Observation,
+        directions: &[Direction],
+        route: JacobianRoute,
+    ) -> Vec<f64> {
+        let rows = observation.dim();
+        let mut jacobian = vec![0.0; rows * directions.len()];
+        match route {
+            JacobianRoute::Columns => {
+                let columns = self.columns(directions);
+                if rows > 0 {
+                    for (dx, out) in columns.iter().zip(jacobian.chunks_exact_mut(rows)) {
+                        observation.differential(&self.positions, dx, out);
+                    }
+                }
+            }
+            JacobianRoute::Adjoint => {
+                let seen: Vec<Vec<[f64; 3]>> = (0..rows)
+                    .map(|k| {
+                        let mut row = vec![[0.0; 3]; self.positions.len()];
+                        observation.add_row(&self.positions, k, &mut row);
+                        row
+                    })
+                    .collect();
+                for (k, gradient) in self.pull_back(&seen, directions).into_iter().enumerate() {
+                    for (c, value) in gradient.into_iter().enumerate() {
+                        jacobian[c * rows + k] = value;
+                    }
+                }
+            }
+        }
+        jacobian
+    }
+
+    /// dL/dθ of a scalar loss from dL/dx, by one solve.
+    pub fn gradient(&self, by_position: &[[f64; 3]], directions: &[Direction]) -> Vec<f64> {
+        let seen = [by_position.to_vec()];
+        self.pull_back(&seen, directions).pop().unwrap_or_default()
+    }
+
+    /// For each covector over the nodes, its product with dx/dθ.
+    fn pull_back(&self, seen: &[Vec<[f64; 3]>], directions: &[Direction]) -> Vec<Vec<f64>> {
+        let Solved { parameters, in_cranium_frame } = self.solved;
+        let n = self.assembly.dofs().unknowns();
+        let in_frame: Vec<Vec<[f64; 3]>> = seen
+            .iter()
+            .map(|w| w.iter().map(|&v| parameters.cranium.rotate_transposed(v)).collect())
+            .collect();
+        let mut multipliers: Vec<f64> =
+            in_frame.iter().flat_map(|w| self.assembly.dofs().gather(w)).collect();
+        self.factor.solve_many(&mut multipliers, seen.len());
+        let forces: Vec<Option<Vec<f64>>> = directions
+            .par_iter()
+            .map(|direction| match direction {
+                Direction::Activation(_) => {
+                    let mut force = vec![0.0; n];
+                    self.load(direction, &mut force);
+                    Some(force)
+                }
+                _ => None,
+            })
+            .collect();
+        let has_jaw = directions.iter().any(|d| matches!(d, Direction::Jaw(_)));
+        (0..seen.len())
+            .into_par_iter()
+            .map(|k| {
+                let multiplier = &multipliers[k * n..(k + 1) * n];
+                let reaction = has_jaw.then(|| {
+                    let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
+                    self.assembly.dofs().scatter(multiplier, &mut field);
+                    self.assembly.hessian_product_everywhere(
+                        in_cranium_frame,
+                        &parameters.activations,
+                        &field,
+                    )
+                });
+                directions
+                    .iter()
+                    .zip(&forces)
+                    .map(|(direction, force)| match (direction, force) {
+                        (Direction::Cranium(d), _) => {
+                            let moved = in_cranium_frame.iter().map(|&z| d.apply(z));
+                            seen[k].iter().zip(moved).map(|(w, dx)| dot(*w, dx)).sum()
+                        }
+                        (Direction::Jaw(d), _) => {
+                            let through_flesh = reaction.as_deref().unwrap_or_default();
+                            let bone = |&node: &u32| {
+                                let node = node as usize;
+                                let moved = d.apply(self.assembly.rest()[node]);
+                                dot(in_frame[k][node], moved) - dot(through_flesh[node], moved)
+                            };
+                            self.jaw.iter().map(bone).sum()
+                        }
+                        (Direction::Activation(_), force) => {
+                            let force = force.as_deref().unwrap_or_default();
+                            -multiplier.iter().zip(force).map(|(m, f)| m * f).sum::<f64>()
+                        }
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
+    fn load(&self, direction: &Direction, rhs: &mut [f64]) {
+        let Solved { parameters, in_cranium_frame } = self.solved;
+        match direction {
+            Direction::Activation(muscle) => {
+                self.assembly.activation_gradient(in_cranium_frame, *muscle, rhs);
+            }
+            Direction::Jaw(_) => self.assembly.hessian_product(
+                in_cranium_frame,
+                &parameters.activations,
+                &self.bone_motion(direction),
+                rhs,
+            ),
+            Direction::Cranium(_) => rhs.fill(0.0),
+        }
+    }
+
+    /// dz^C of a direction; zero at the free nodes.
+    fn bone_motion(&self, direction: &Direction) -> Vec<[f64; 3]> {
+        let rest = self.assembly.rest();
+        let mut dz = vec![[0.0; 3]; rest.len()];
+        if let Direction::Jaw(d) = direction {
+            let d: &Frame = d;
+            for &node in self.jaw {
+                dz[node as usize] = d.apply(rest[node as usize]);
+            }
+        }
+        dz
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

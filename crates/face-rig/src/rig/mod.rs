@@ -1,0 +1,15 @@
+//! The rig: θ ↦ x(θ), its exact derivative, and fitting θ to what is seen.
+
+mod equilibrium;
+mod error;
+mod frame;
+mod jacobian;
+mod observation;
+mod parameters;
+
+pub use equilibrium::{Rig, RigParams, Solved, Work};
+pub use error::RigError;
+pub use frame::Frame;
+pub use jacobian::{JacobianRoute, Sensitivity};
+pub use observation::{AllNodes, CarriedPoint, CarriedPoints, Observation};
+pub use parameters::{Direction, Parameters};

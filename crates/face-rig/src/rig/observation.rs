@@ -1,0 +1,96 @@
+//! What is seen of a face: the map g from node positions to observed numbers (document 000, 1).
+
+/// g(x) with its derivative, both ways.
+pub trait Observation: Sync {
+    /// Observed numbers.
+    fn dim(&self) -> usize;
+    /// g(x).
+    fn value(&self, x: &[[f64; 3]], out: &mut [f64]);
+    /// (∂g/∂x) dx.
+    fn differential(&self, x: &[[f64; 3]], dx: &[[f64; 3]], out: &mut [f64]);
+    /// Adds (∂g/∂x)ᵀ w to a field over the nodes.
+    fn add_adjoint(&self, x: &[[f64; 3]], w: &[f64], out: &mut [[f64; 3]]);
+    /// Adds (∂g_k/∂x)ᵀ for one observed number, for Jacobians built row by row.
+    fn add_row(&self, x: &[[f64; 3]], k: usize, out: &mut [[f64; 3]]) {
+        let mut w = vec![0.0; self.dim()];
+        w[k] = 1.0;
+        self.add_adjoint(x, &w, out);
+    }
+}
+
+/// g = identity: every node of a target with the same topology is seen (document 000, eq. 1).
+#[derive(Clone, Copy, Debug)]
+pub struct AllNodes {
+    /// Number of nodes.
+    pub nodes: usize,
+}
+
+impl Observation for AllNodes {
+    fn dim(&self) -> usize {
+        3 * self.nodes
+    }
+    fn value(&self, x: &[[f64; 3]], out: &mut [f64]) {
+        out.copy_from_slice(x.as_flattened());
+    }
+    fn differential(&self, _: &[[f64; 3]], dx: &[[f64; 3]], out: &mut [f64]) {
+        out.copy_from_slice(dx.as_flattened());
+    }
+    fn add_adjoint(&self, _: &[[f64; 3]], w: &[f64], out: &mut [[f64; 3]]) {
+        for (o, w) in out.as_flattened_mut().iter_mut().zip(w) {
+            *o += w;
+        }
+    }
+}
+
+/// A point carried along by up to four nodes: Σ wₖ x_k.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CarriedPoint {
+    /// The nodes.
+    pub nodes: [u32; 4],
+    /// Their weights, summing to 1.
+    pub weights: [f64; 4],
+}
+
+impl CarriedPoint {
+    /// A node itself.
+    pub fn node(node: u32) -> Self {
+        Self { nodes: [node; 4], weights: [1.0, 0.0, 0.0, 0.0] }
+    }
+    /// Where it is when the nodes are at `x`.
+    pub fn position(&self, x: &[[f64; 3]]) -> [f64; 3] {
+        std::array::from_fn(|i| (0..4).map(|k| self.weights[k] * x[self.nodes[k] as usize][i]).sum())
+    }
+}
+
+/// Landmarks and other points inside tets, by barycentric weights.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CarriedPoints(pub Vec<CarriedPoint>);
+
+impl Observation for CarriedPoints {
+    fn dim(&self) -> usize {
+        3 * self.0.len()
+    }
+    fn value(&self, x: &[[f64; 3]], out: &mut [f64]) {
+        for (point, out) in self.0.iter().zip(out.as_chunks_mut::<3>().0) {
+            *out = point.position(x);
+        }
+    }
+    fn differential(&self, _: &[[f64; 3]], dx: &[[f64; 3]], out: &mut [f64]) {
+        self.value(dx, out);
+    }
+    fn add_adjoint(&self, _: &[[f64; 3]], w: &[f64], out: &mut [[f64; 3]]) {
+        for (point, w) in self.0.iter().zip(w.as_chunks::<3>().0) {
+            for k in 0..4 {
+                for i in 0..3 {
+                    out[point.nodes[k] as usize][i] += point.weights[k] * w[i];
+                }
+            }
+        }
+    }
+    fn add_row(&self, _: &[[f64; 3]], k: usize, out: &mut [[f64; 3]]) {
+        let point = &self.0[k / 3];
+        for n in 0..4 {
+            out[point.nodes[n] as usize][k % 3] += point.weights[n];
+        }
+    }
+}

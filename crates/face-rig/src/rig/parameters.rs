@@ -1,0 +1,63 @@
+//! θ: what an animator sets and a fit finds.
+
+use super::frame::Frame;
+
+/// θ = (muscle activations θ_a; cranium and jaw θ_k), document 000, 2.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// One activation per muscle; 0 relaxed, 1 fully contracted.
+    pub activations: Vec<f64>,
+    /// M_c, t_c: moves every node.
+    pub cranium: Frame,
+    /// M_j, t_j: moves the nodes attached to the jaw, in the cranium's frame.
+    pub jaw: Frame,
+}
+
+impl Parameters {
+    /// Relaxed, at rest.
+    pub fn rest(muscles: usize) -> Self {
+        Self { activations: vec![0.0; muscles], cranium: Frame::IDENTITY, jaw: Frame::IDENTITY }
+    }
+
+    /// Activations, then M_c by rows, t_c, M_j by rows, t_j.
+    pub fn to_vec(&self) -> Vec<f64> {
+        let mut theta = self.activations.clone();
+        theta.extend(self.cranium.to_array());
+        theta.extend(self.jaw.to_array());
+        theta
+    }
+
+    /// The inverse of [`Parameters::to_vec`]; `None` for fewer than 24 numbers.
+    pub fn from_slice(theta: &[f64]) -> Option<Self> {
+        let (rest, jaw) = theta.split_last_chunk::<12>()?;
+        let (activations, cranium) = rest.split_last_chunk::<12>()?;
+        Some(Self {
+            activations: activations.to_vec(),
+            cranium: Frame::from_array(*cranium),
+            jaw: Frame::from_array(*jaw),
+        })
+    }
+}
+
+/// A direction in the space of θ: one column of dx/dθ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Direction {
+    /// dα of one muscle.
+    Activation(usize),
+    /// (dM_c, dt_c).
+    Cranium(Frame),
+    /// (dM_j, dt_j).
+    Jaw(Frame),
+}
+
+impl Direction {
+    /// The directions of all entries of [`Parameters::to_vec`], in its order.
+    pub fn all(muscles: usize) -> Vec<Self> {
+        let units = || (0..Frame::PARAMETERS).map(Frame::unit);
+        (0..muscles)
+            .map(Self::Activation)
+            .chain(units().map(Self::Cranium))
+            .chain(units().map(Self::Jaw))
+            .collect()
+    }
+}

@@ -1,0 +1,189 @@
+//! dx/dθ against differences of full re-solves, adjoints against columns, and a fit that finds a
+//! known pose, on a block of flesh between a fixed plate (cranium) and a moving one (jaw).
+
+use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Orthogonality, Parametrization};
+use face_rig::rig::{
+    AllNodes, CarriedPoint, CarriedPoints, Direction, Frame, JacobianRoute, Observation,
+    Parameters, Rig, RigParams,
+};
+use fem_assembly::mesh::kuhn_grid;
+use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
+use fem_materials::curves::PhysBam;
+use fem_materials::{FiberLaw, StableNeoHookean, Stretch};
+use fem_solvers::{Damping, StepMethod};
+
+const MUSCLES: usize = 3;
+
+fn rig() -> Rig {
+    let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
+    let rest = mesh.nodes().to_vec();
+    let at = |z: f64| (0..rest.len()).filter(|&n| (rest[n][2] - z).abs() < 1e-9).collect();
+    let (cranium, jaw): (Vec<usize>, Vec<usize>) = (at(0.0), at(0.08));
+    let fixed: Vec<usize> = cranium.iter().chain(&jaw).copied().collect();
+    let fibers: Vec<Fiber> = (0..mesh.elements().len())
+        .map(|element| Fiber {
+            element,
+            channel: element % MUSCLES,
+            direction: [[0.0, 0.6, 0.8], [0.8, 0.0, 0.6], [0.6, 0.8, 0.0]][element % MUSCLES],
+            peak: 2e4,
+            optimal_stretch: 1.0,
+        })
+        .collect();
+    let law = FiberLaw { curve: PhysBam::default(), stretch: Stretch::Plain };
+    let assembly = AssemblyBuilder::new(&mesh, Dofs::with_fixed_nodes(&rest, &fixed).unwrap())
+        .unwrap()
+        .material(StableNeoHookean { mu: 1e4, lambda: 9e4 })
+        .unwrap()
+        .fibers(law, MUSCLES, &fibers)
+        .unwrap()
+        .build()
+        .unwrap();
+    let mut params = RigParams::default();
+    params.newton.gradient_tolerance = 1e-13;
+    Rig::new(assembly, &jaw, params).unwrap()
+}
+
+/// A pose with a cranium that is no rotation and a jaw that is turned, sheared and shifted.
+fn pose() -> Parameters {
+    let mut pose = Parameters::rest(MUSCLES);
+    pose.activations = vec![0.7, 0.25, 0.4];
+    pose.cranium.matrix = [[1.1, 0.2, 0.0], [-0.1, 0.9, 0.1], [0.05, 0.0, 1.05]];
+    pose.cranium.translation = [0.3, -0.2, 0.1];
+    pose.jaw.matrix = [[1.0, 0.05, 0.0], [0.0, 0.98, -0.12], [0.0, 0.12, 1.01]];
+    pose.jaw.translation = [0.001, 0.004, -0.003];
+    pose
+}
+
+fn largest(v: impl IntoIterator<Item = f64>) -> f64 {
+    v.into_iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[test]
+fn every_column_agrees_with_differences_of_full_solves() {
+    let mut rig = rig();
+    let theta = pose().to_vec();
+    rig.solve(&pose()).unwrap();
+    let columns = rig.sensitivity().unwrap().columns(&Direction::all(MUSCLES));
+    assert_eq!(columns.len(), theta.len());
+    for (k, column) in columns.iter().enumerate() {
+        let mut at = |t: f64| {
+            let mut moved = theta.clone();
+            moved[k] += t;
+            rig.solve(&Parameters::from_slice(&moved).unwrap()).unwrap().positions()
+        };
+        let h = 2e-5;
+        let (p1, m1, p2, m2) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
+        let scale = largest(column.iter().flatten().copied());
+        for n in 0..column.len() {
+            for i in 0..3 {
+                let near = (p1[n][i] - m1[n][i]) * 8.0;
+                let difference = (near - (p2[n][i] - m2[n][i])) / (12.0 * h);
+                let error = (difference - column[n][i]).abs();
+                assert!(error < 2e-8 * scale, "column {k}, node {n}: {error:e} of {scale:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn adjoints_agree_with_columns() {
+    let mut rig = rig();
+    rig.solve(&pose()).unwrap();
+    let sensitivity = rig.sensitivity().unwrap();
+    let directions = Direction::all(MUSCLES);
+    let points = CarriedPoints(vec![
+        CarriedPoint { nodes: [9, 10, 12, 30], weights: [0.4, 0.3, 0.2, 0.1] },
+        CarriedPoint { nodes: [20, 21, 40, 41], weights: [0.7, 0.3, -0.2, 0.2] },
+        CarriedPoint::node(13),
+        CarriedPoint::node(44),
+    ]);
+    let all = AllNodes { nodes: sensitivity.positions().len() };
+    for observation in [&points as &dyn Observation, &all] {
+        let one = sensitivity.jacobian(observation, &directions, JacobianRoute::Columns);
+        let other = sensitivity.jacobian(observation, &directions, JacobianRoute::Adjoint);
+        let scale = largest(one.iter().copied());
+        for (a, b) in one.iter().zip(&other) {
+            assert!((a - b).abs() < 1e-11 * scale, "{a} against {b}");
+        }
+    }
+    assert_eq!(sensitivity.cheaper_route(&points, &directions), JacobianRoute::Adjoint);
+    assert_eq!(sensitivity.cheaper_route(&all, &directions), JacobianRoute::Columns);
+
+    let loss: Vec<[f64; 3]> = (0..all.nodes)
+        .map(|n| std::array::from_fn(|i| (n as f64 + 0.3 * i as f64).sin()))
+        .collect();
+    let gradient = sensitivity.gradient(&loss, &directions);
+    for (column, value) in sensitivity.columns(&directions).iter().zip(gradient) {
+        let exact: f64 = column.as_flattened().iter().zip(loss.as_flattened()).map(|(a, b)| a * b).sum();
+        assert!((exact - value).abs() < 1e-11 * exact.abs().max(1.0));
+    }
+}
+
+#[test]
+fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
+    for method in [StepMethod::Qr, StepMethod::NormalEquations] {
+        let mut rig = rig();
+        let axis = [1.0, 0.0, 0.0];
+        let jaw = JawModel::Hinge { point: [0.02, 0.0, 0.05], axis };
+        let cranium = CraniumModel::Rigid;
+        let map = Parametrization { muscles: MUSCLES, active: vec![0, 1, 2], cranium, jaw };
+        let truth =
+            [0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.001, -0.002, 0.002];
+        let target = rig.solve(&map.parameters(&truth)).unwrap().positions();
+        let params = FitParams {
+            method,
+            activation_weight: 0.0,
+            rms_tolerance: 1e-11,
+            rms_change: 0.0,
+            step_tolerance: 0.0,
+            ..FitParams::default()
+        };
+        let fitter = Fitter {
+            observation: &AllNodes { nodes: target.len() },
+            target: target.as_flattened(),
+            weights: &[],
+            parametrization: &map,
+            params: &params,
+        };
+        rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+        let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
+        for (found, truth) in report.q.iter().zip(truth) {
+            assert!((found - truth).abs() < 1e-6, "{found} for {truth} by {method:?}");
+        }
+        assert!(report.iterations.len() < 20);
+    }
+}
+
+#[test]
+fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
+    let mut rig = rig();
+    let map = Parametrization::affine(MUSCLES);
+    let mut truth = Parameters::rest(MUSCLES);
+    truth.activations = vec![0.2, 0.5, 0.1];
+    truth.jaw.matrix = [[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]];
+    truth.jaw.translation = [0.0, 0.045, 0.02];
+    let target = rig.solve(&truth).unwrap().positions();
+    let params = FitParams {
+        damping: Damping::None,
+        activation_bounds: None,
+        activation_weight: 0.0,
+        orthogonality: Orthogonality { cranium: 1.0, jaw: 1.0 },
+        rms_tolerance: 1e-11,
+        rms_change: 0.0,
+        step_tolerance: 0.0,
+        ..FitParams::default()
+    };
+    let fitter = Fitter {
+        observation: &AllNodes { nodes: target.len() },
+        target: target.as_flattened(),
+        weights: &[],
+        parametrization: &map,
+        params: &params,
+    };
+    rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+    let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
+    let found = report.parameters.to_vec();
+    assert!(largest(found.iter().zip(truth.to_vec()).map(|(a, b)| a - b)) < 1e-6);
+    let frame: Frame = report.parameters.jaw;
+    assert!(largest(frame.orthogonality()) < 1e-6);
+}
