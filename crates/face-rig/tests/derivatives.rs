@@ -17,7 +17,11 @@ const MUSCLES: usize = 3;
 fn rig() -> Rig {
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
     let rest = mesh.nodes().to_vec();
-    let at = |z: f64| (0..rest.len()).filter(|&n| (rest[n][2] - z).abs() < 1e-9).collect();
+    let at = |z: f64| {
+        (0..rest.len())
+            .filter(|&n| (rest[n][2] - z).abs() < 1e-9)
+            .collect()
+    };
     let (cranium, jaw): (Vec<usize>, Vec<usize>) = (at(0.0), at(0.08));
     let fixed: Vec<usize> = cranium.iter().chain(&jaw).copied().collect();
     let fibers: Vec<Fiber> = (0..mesh.elements().len())
@@ -29,10 +33,16 @@ fn rig() -> Rig {
             optimal_stretch: 1.0,
         })
         .collect();
-    let law = FiberLaw { curve: PhysBam::default(), stretch: Stretch::Plain };
+    let law = FiberLaw {
+        curve: PhysBam::default(),
+        stretch: Stretch::Plain,
+    };
     let assembly = AssemblyBuilder::new(&mesh, Dofs::with_fixed_nodes(&rest, &fixed).unwrap())
         .unwrap()
-        .material(StableNeoHookean { mu: 1e4, lambda: 9e4 })
+        .material(StableNeoHookean {
+            mu: 1e4,
+            lambda: 9e4,
+        })
         .unwrap()
         .fibers(law, MUSCLES, &fibers)
         .unwrap()
@@ -69,7 +79,9 @@ fn every_column_agrees_with_differences_of_full_solves() {
         let mut at = |t: f64| {
             let mut moved = theta.clone();
             moved[k] += t;
-            rig.solve(&Parameters::from_slice(&moved).unwrap()).unwrap().positions()
+            rig.solve(&Parameters::from_slice(&moved).unwrap())
+                .unwrap()
+                .positions()
         };
         let h = 2e-5;
         let (p1, m1, p2, m2) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
@@ -79,7 +91,10 @@ fn every_column_agrees_with_differences_of_full_solves() {
                 let near = (p1[n][i] - m1[n][i]) * 8.0;
                 let difference = (near - (p2[n][i] - m2[n][i])) / (12.0 * h);
                 let error = (difference - column[n][i]).abs();
-                assert!(error < 2e-8 * scale, "column {k}, node {n}: {error:e} of {scale:e}");
+                assert!(
+                    error < 2e-8 * scale,
+                    "column {k}, node {n}: {error:e} of {scale:e}"
+                );
             }
         }
     }
@@ -92,12 +107,20 @@ fn adjoints_agree_with_columns() {
     let sensitivity = rig.sensitivity().unwrap();
     let directions = Direction::all(MUSCLES);
     let points = CarriedPoints(vec![
-        CarriedPoint { nodes: [9, 10, 12, 30], weights: [0.4, 0.3, 0.2, 0.1] },
-        CarriedPoint { nodes: [20, 21, 40, 41], weights: [0.7, 0.3, -0.2, 0.2] },
+        CarriedPoint {
+            nodes: [9, 10, 12, 30],
+            weights: [0.4, 0.3, 0.2, 0.1],
+        },
+        CarriedPoint {
+            nodes: [20, 21, 40, 41],
+            weights: [0.7, 0.3, -0.2, 0.2],
+        },
         CarriedPoint::node(13),
         CarriedPoint::node(44),
     ]);
-    let all = AllNodes { nodes: sensitivity.positions().len() };
+    let all = AllNodes {
+        nodes: sensitivity.positions().len(),
+    };
     for observation in [&points as &dyn Observation, &all] {
         let one = sensitivity.jacobian(observation, &directions, JacobianRoute::Columns);
         let other = sensitivity.jacobian(observation, &directions, JacobianRoute::Adjoint);
@@ -106,15 +129,26 @@ fn adjoints_agree_with_columns() {
             assert!((a - b).abs() < 1e-11 * scale, "{a} against {b}");
         }
     }
-    assert_eq!(sensitivity.cheaper_route(&points, &directions), JacobianRoute::Adjoint);
-    assert_eq!(sensitivity.cheaper_route(&all, &directions), JacobianRoute::Columns);
+    assert_eq!(
+        sensitivity.cheaper_route(&points, &directions),
+        JacobianRoute::Adjoint
+    );
+    assert_eq!(
+        sensitivity.cheaper_route(&all, &directions),
+        JacobianRoute::Columns
+    );
 
     let loss: Vec<[f64; 3]> = (0..all.nodes)
         .map(|n| std::array::from_fn(|i| (n as f64 + 0.3 * i as f64).sin()))
         .collect();
     let gradient = sensitivity.gradient(&loss, &directions);
     for (column, value) in sensitivity.columns(&directions).iter().zip(gradient) {
-        let exact: f64 = column.as_flattened().iter().zip(loss.as_flattened()).map(|(a, b)| a * b).sum();
+        let exact: f64 = column
+            .as_flattened()
+            .iter()
+            .zip(loss.as_flattened())
+            .map(|(a, b)| a * b)
+            .sum();
         assert!((exact - value).abs() < 1e-11 * exact.abs().max(1.0));
     }
 }
@@ -124,11 +158,20 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
     for method in [StepMethod::Qr, StepMethod::NormalEquations] {
         let mut rig = rig();
         let axis = [1.0, 0.0, 0.0];
-        let jaw = JawModel::Hinge { point: [0.02, 0.0, 0.05], axis };
+        let jaw = JawModel::Hinge {
+            point: [0.02, 0.0, 0.05],
+            axis,
+        };
         let cranium = CraniumModel::Rigid;
-        let map = Parametrization { muscles: MUSCLES, active: vec![0, 1, 2], cranium, jaw };
-        let truth =
-            [0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.001, -0.002, 0.002];
+        let map = Parametrization {
+            muscles: MUSCLES,
+            active: vec![0, 1, 2],
+            cranium,
+            jaw,
+        };
+        let truth = [
+            0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.001, -0.002, 0.002,
+        ];
         let target = rig.solve(&map.parameters(&truth)).unwrap().positions();
         let params = FitParams {
             method,
@@ -139,7 +182,9 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
             ..FitParams::default()
         };
         let fitter = Fitter {
-            observation: &AllNodes { nodes: target.len() },
+            observation: &AllNodes {
+                nodes: target.len(),
+            },
             target: target.as_flattened(),
             weights: &[],
             parametrization: &map,
@@ -148,7 +193,10 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
         rig.solve(&Parameters::rest(MUSCLES)).unwrap();
         let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
         for (found, truth) in report.q.iter().zip(truth) {
-            assert!((found - truth).abs() < 1e-6, "{found} for {truth} by {method:?}");
+            assert!(
+                (found - truth).abs() < 1e-6,
+                "{found} for {truth} by {method:?}"
+            );
         }
         assert!(report.iterations.len() < 20);
     }
@@ -167,14 +215,19 @@ fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
         damping: Damping::None,
         activation_bounds: None,
         activation_weight: 0.0,
-        orthogonality: Orthogonality { cranium: 1.0, jaw: 1.0 },
+        orthogonality: Orthogonality {
+            cranium: 1.0,
+            jaw: 1.0,
+        },
         rms_tolerance: 1e-11,
         rms_change: 0.0,
         step_tolerance: 0.0,
         ..FitParams::default()
     };
     let fitter = Fitter {
-        observation: &AllNodes { nodes: target.len() },
+        observation: &AllNodes {
+            nodes: target.len(),
+        },
         target: target.as_flattened(),
         weights: &[],
         parametrization: &map,

@@ -173,11 +173,17 @@ impl<const D: usize> Assembly<D> {
     /// reaction that a prescribed node exerts on the body is −f.
     pub fn forces_everywhere(&self, positions: &[[f64; D]], activations: &[f64]) -> Vec<[f64; D]> {
         let mut everywhere = vec![[0.0; D]; self.rest.len()];
-        let state = State { positions, activations };
+        let state = State {
+            positions,
+            activations,
+        };
         for part in self.every_part() {
             part.gradient_everywhere(state, &mut everywhere);
         }
-        everywhere.as_flattened_mut().iter_mut().for_each(|f| *f = -*f);
+        everywhere
+            .as_flattened_mut()
+            .iter_mut()
+            .for_each(|f| *f = -*f);
         for penalty in &self.penalties {
             penalty.add_forces_everywhere(positions, &mut everywhere);
         }
@@ -193,7 +199,10 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
     ) -> Vec<[f64; D]> {
         let mut everywhere = vec![[0.0; D]; self.rest.len()];
-        let state = State { positions, activations };
+        let state = State {
+            positions,
+            activations,
+        };
         for part in self.every_part() {
             part.differential_everywhere(state, displacement, &mut everywhere);
         }
@@ -204,7 +213,11 @@ impl<const D: usize> Assembly<D> {
     }
 
     fn every_part(&self) -> impl Iterator<Item = &dyn Part<D>> {
-        self.chunks.iter().flat_map(|c| &c.parts).chain(&self.prescribed).map(|p| &**p)
+        self.chunks
+            .iter()
+            .flat_map(|c| &c.parts)
+            .chain(&self.prescribed)
+            .map(|p| &**p)
     }
 
     /// ∂²E/∂x^U∂x^U, symmetric. Elements are filtered one by one as asked.

@@ -210,7 +210,12 @@ impl<const D: usize, L: Law<D>> Kernel for EverywherePass<'_, D, L> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { part, state, displacement, nodes } = self;
+        let Self {
+            part,
+            state,
+            displacement,
+            nodes,
+        } = self;
         for (k, block) in part.blocks.iter().enumerate() {
             let F = block.deformation_gradient(state.positions);
             let P = match displacement {
@@ -364,7 +369,12 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         });
     }
     fn gradient_everywhere(&self, state: State<D>, nodes: &mut [[f64; D]]) {
-        dispatch(EverywherePass { part: self, state, displacement: None, nodes });
+        dispatch(EverywherePass {
+            part: self,
+            state,
+            displacement: None,
+            nodes,
+        });
     }
     fn differential_everywhere(
         &self,
@@ -372,7 +382,12 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         displacement: &[[f64; D]],
         nodes: &mut [[f64; D]],
     ) {
-        dispatch(EverywherePass { part: self, state, displacement: Some(displacement), nodes });
+        dispatch(EverywherePass {
+            part: self,
+            state,
+            displacement: Some(displacement),
+            nodes,
+        });
     }
     fn activation_gradient(&self, state: State<D>, channel: usize, rows: &mut [[f64; D]]) {
         dispatch(ActivationPass {

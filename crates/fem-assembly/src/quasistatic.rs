@@ -51,19 +51,40 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
         let nodes = assembly.rest().len();
         if positions.len() != nodes {
             let (what, found) = ("positions", positions.len());
-            return Err(AssemblyError::WrongLength { what, found, expected: nodes });
+            return Err(AssemblyError::WrongLength {
+                what,
+                found,
+                expected: nodes,
+            });
         }
         if activations.len() != assembly.channels() {
             let (what, found, expected) = ("activations", activations.len(), assembly.channels());
-            return Err(AssemblyError::WrongLength { what, found, expected });
+            return Err(AssemblyError::WrongLength {
+                what,
+                found,
+                expected,
+            });
         }
-        if let Some(index) = positions.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
-            return Err(AssemblyError::NotFinite { what: "the position of node", index });
+        if let Some(index) = positions
+            .iter()
+            .position(|p| p.iter().any(|c| !c.is_finite()))
+        {
+            return Err(AssemblyError::NotFinite {
+                what: "the position of node",
+                index,
+            });
         }
         if let Some(index) = activations.iter().position(|a| !a.is_finite()) {
-            return Err(AssemblyError::NotFinite { what: "activation", index });
+            return Err(AssemblyError::NotFinite {
+                what: "activation",
+                index,
+            });
         }
-        Ok(Self { assembly, positions, activations })
+        Ok(Self {
+            assembly,
+            positions,
+            activations,
+        })
     }
 
     /// The first guess for the unknowns.
@@ -97,13 +118,16 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         self.assembly.pattern().clone()
     }
     fn energy(&self, x: &[f64]) -> f64 {
-        self.assembly.free_energy(&self.positions(x), &self.activations)
+        self.assembly
+            .free_energy(&self.positions(x), &self.activations)
     }
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
-        self.assembly.gradient(&self.positions(x), &self.activations, g);
+        self.assembly
+            .gradient(&self.positions(x), &self.activations, g);
     }
     fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
-        self.assembly.gradient(&self.positions(x), &self.activations, g)
+        self.assembly
+            .gradient(&self.positions(x), &self.activations, g)
     }
     fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<D>) {
         let filter = match definiteness {
@@ -111,10 +135,18 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
             Definiteness::Projected => DefinitenessFilter::Clamp,
             Definiteness::Absolute => DefinitenessFilter::Absolute,
         };
-        self.assembly.hessian(&self.positions(x), &self.activations, filter, out);
+        self.assembly
+            .hessian(&self.positions(x), &self.activations, filter, out);
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         let rest = self.assembly.rest();
-        Some(self.assembly.dofs().node_of_row().iter().map(|&n| rest[n as usize]).collect())
+        Some(
+            self.assembly
+                .dofs()
+                .node_of_row()
+                .iter()
+                .map(|&n| rest[n as usize])
+                .collect(),
+        )
     }
 }

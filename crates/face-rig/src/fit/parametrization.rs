@@ -55,7 +55,12 @@ impl Parametrization {
     /// θ itself: all activations and both affine frames, 24 numbers more than muscles.
     pub fn affine(muscles: usize) -> Self {
         let (cranium, jaw) = (CraniumModel::Affine, JawModel::Affine);
-        Self { muscles, active: (0..muscles).collect(), cranium, jaw }
+        Self {
+            muscles,
+            active: (0..muscles).collect(),
+            cranium,
+            jaw,
+        }
     }
 
     /// Numbers that describe the head.
@@ -113,7 +118,11 @@ impl Parametrization {
     pub fn directions(&self, q: &[f64]) -> Vec<Direction> {
         let (_, cranium, jaw) = self.split(q);
         let activations = self.active.iter().map(|&m| Direction::Activation(m));
-        let cranium = self.cranium_frame(cranium).1.into_iter().map(Direction::Cranium);
+        let cranium = self
+            .cranium_frame(cranium)
+            .1
+            .into_iter()
+            .map(Direction::Cranium);
         let jaw = self.jaw_frame(jaw).1.into_iter().map(Direction::Jaw);
         activations.chain(cranium).chain(jaw).collect()
     }
@@ -171,9 +180,18 @@ fn rigid(p: [f64; 3], w: [f64; 3], shift: [f64; 3]) -> (Frame, Vec<Frame>) {
     let turned = |m: &[[f64; 3]; 3]| m.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2]);
     let moved = turned(&matrix);
     let translation = std::array::from_fn(|i| p[i] - moved[i] + shift[i]);
-    let by_turn = derivative.map(|d| Frame { matrix: d, translation: turned(&d).map(|v| -v) });
+    let by_turn = derivative.map(|d| Frame {
+        matrix: d,
+        translation: turned(&d).map(|v| -v),
+    });
     let by_shift = (9..12).map(Frame::unit);
-    (Frame { matrix, translation }, by_turn.into_iter().chain(by_shift).collect())
+    (
+        Frame {
+            matrix,
+            translation,
+        },
+        by_turn.into_iter().chain(by_shift).collect(),
+    )
 }
 
 #[cfg(test)]
@@ -182,13 +200,28 @@ mod tests {
 
     #[test]
     fn directions_agree_with_differences_of_theta() {
-        let hinge = JawModel::Hinge { point: [0.0, -0.01, 0.02], axis: [1.0, 0.0, 0.0] };
-        let rigid = JawModel::Rigid { point: [0.1, 0.2, 0.3] };
-        for cranium in [CraniumModel::Fixed, CraniumModel::Rigid, CraniumModel::Affine] {
+        let hinge = JawModel::Hinge {
+            point: [0.0, -0.01, 0.02],
+            axis: [1.0, 0.0, 0.0],
+        };
+        let rigid = JawModel::Rigid {
+            point: [0.1, 0.2, 0.3],
+        };
+        for cranium in [
+            CraniumModel::Fixed,
+            CraniumModel::Rigid,
+            CraniumModel::Affine,
+        ] {
             for jaw in [JawModel::Fixed, hinge, rigid, JawModel::Affine] {
-                let map = Parametrization { muscles: 3, active: vec![2, 0], cranium, jaw };
-                let q: Vec<f64> =
-                    (0..map.len()).map(|k| map.rest()[k] + 0.3 * (k as f64).cos()).collect();
+                let map = Parametrization {
+                    muscles: 3,
+                    active: vec![2, 0],
+                    cranium,
+                    jaw,
+                };
+                let q: Vec<f64> = (0..map.len())
+                    .map(|k| map.rest()[k] + 0.3 * (k as f64).cos())
+                    .collect();
                 for (k, direction) in map.directions(&q).into_iter().enumerate() {
                     let h = 1e-6;
                     let at = |t: f64| {

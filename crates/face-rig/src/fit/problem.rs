@@ -56,7 +56,10 @@ impl Default for FitParams {
             jaw_angle_bounds: Some([-0.1, 0.7]),
             activation_weight: 1e-7,
             pose_weight: 0.0,
-            orthogonality: Orthogonality { cranium: 1e-2, jaw: 1e-2 },
+            orthogonality: Orthogonality {
+                cranium: 1e-2,
+                jaw: 1e-2,
+            },
             loss: Loss::Square,
             max_iterations: 40,
             rms_tolerance: 1e-6,
@@ -174,36 +177,53 @@ impl Fitter<'_> {
         let begin = Instant::now();
         let seen = Cell::new((0.0, 0.0));
         let mut q = start.to_vec();
-        let mut problem = Problem { fitter: self, rig, roots, seen: &seen };
+        let mut problem = Problem {
+            fitter: self,
+            rig,
+            roots,
+            seen: &seen,
+        };
         let mut iterations = Vec::new();
-        let outcome = gauss_newton_observed(&mut problem, &mut q, &self.settings(start), &mut |i| {
-            let (rms, largest) = seen.get();
-            let report = FitIteration {
-                iteration: i.iteration,
-                rms_mm: 1e3 * rms,
-                largest_mm: 1e3 * largest,
-                cost: i.cost,
-                step: i.step,
-                damping: i.lambda,
-                activations_at_bounds: self.at_bounds(i.theta),
-                seconds: begin.elapsed().as_secs_f64(),
-            };
-            observer(&report);
-            iterations.push(report);
-        });
+        let outcome =
+            gauss_newton_observed(&mut problem, &mut q, &self.settings(start), &mut |i| {
+                let (rms, largest) = seen.get();
+                let report = FitIteration {
+                    iteration: i.iteration,
+                    rms_mm: 1e3 * rms,
+                    largest_mm: 1e3 * largest,
+                    cost: i.cost,
+                    step: i.step,
+                    damping: i.lambda,
+                    activations_at_bounds: self.at_bounds(i.theta),
+                    seconds: begin.elapsed().as_secs_f64(),
+                };
+                observer(&report);
+                iterations.push(report);
+            });
         let parameters = map.parameters(&q);
         let report = |stop| -> Result<FitReport, RigError> {
             let positions = problem.pose(&parameters)?;
-            Ok(FitReport { q, parameters, iterations, stop, positions })
+            Ok(FitReport {
+                q,
+                parameters,
+                iterations,
+                stop,
+                positions,
+            })
         };
         match outcome {
             Ok(info) => report(info.stop).map_err(|e| FitError::Start(Box::new(e))),
             Err(source) => match source.reason {
-                GaussNewtonFailure::Evaluation(error) if source.iteration == 0 && report_is_missing(source.cost) => {
+                GaussNewtonFailure::Evaluation(error)
+                    if source.iteration == 0 && report_is_missing(source.cost) =>
+                {
                     Err(FitError::Start(Box::new(error)))
                 }
                 _ => match report(GaussNewtonStop::Step) {
-                    Ok(best) => Err(FitError::NotConverged { source, best: Box::new(best) }),
+                    Ok(best) => Err(FitError::NotConverged {
+                        source,
+                        best: Box::new(best),
+                    }),
                     Err(error) => Err(FitError::Start(Box::new(error))),
                 },
             },
@@ -213,7 +233,10 @@ impl Fitter<'_> {
     fn at_bounds(&self, q: &[f64]) -> usize {
         let activations = &q[..self.parametrization.active.len()];
         self.params.activation_bounds.map_or(0, |[low, high]| {
-            activations.iter().filter(|&&a| a <= low || a >= high).count()
+            activations
+                .iter()
+                .filter(|&&a| a <= low || a >= high)
+                .count()
         })
     }
 
@@ -236,7 +259,10 @@ impl Fitter<'_> {
             method: params.method,
             damping: params.damping,
             bounds: Some(Bounds { lower, upper }),
-            prior: Some(Prior { weights, values: map.rest() }),
+            prior: Some(Prior {
+                weights,
+                values: map.rest(),
+            }),
             loss: params.loss,
             group_size: 3,
             max_iterations: params.max_iterations,
@@ -244,6 +270,7 @@ impl Fitter<'_> {
             cost_tolerance: 0.0,
             gradient_tolerance: 0.0,
             residual_tolerance: params.rms_tolerance,
+            residual_change: params.rms_change,
         }
     }
 
@@ -254,7 +281,11 @@ impl Fitter<'_> {
             if found == expected {
                 Ok(())
             } else {
-                Err(FitError::WrongLength { what, found, expected })
+                Err(FitError::WrongLength {
+                    what,
+                    found,
+                    expected,
+                })
             }
         };
         if dim == 0 {
@@ -264,13 +295,20 @@ impl Fitter<'_> {
             return Err(FitError::NothingToFit);
         }
         same("numbers in the target", self.target.len(), dim)?;
-        same("muscles of the parametrisation", self.parametrization.muscles, rig.muscles())?;
+        same(
+            "muscles of the parametrisation",
+            self.parametrization.muscles,
+            rig.muscles(),
+        )?;
         same("starting numbers", start.len(), self.parametrization.len())?;
         if !self.weights.is_empty() {
             same("weights", self.weights.len(), dim / 3)?;
         }
         let finite = self.target.iter().map(|v| (*v, v.is_finite()));
-        let positive = self.weights.iter().map(|v| (*v, v.is_finite() && *v >= 0.0));
+        let positive = self
+            .weights
+            .iter()
+            .map(|v| (*v, v.is_finite() && *v >= 0.0));
         for (index, (value, usable)) in finite.chain(positive).enumerate() {
             if !usable {
                 return Err(FitError::BadNumber { index, value });
@@ -306,7 +344,10 @@ impl Problem<'_> {
         let Orthogonality { cranium, jaw } = self.fitter.params.orthogonality;
         let map = self.fitter.parametrization;
         let kept = |numbers: usize, weight: f64| if numbers == 12 { weight.sqrt() } else { 0.0 };
-        [kept(map.cranium_numbers(), cranium), kept(map.jaw_numbers(), jaw)]
+        [
+            kept(map.cranium_numbers(), cranium),
+            kept(map.jaw_numbers(), jaw),
+        ]
     }
 }
 
@@ -336,11 +377,19 @@ impl LeastSquares for Problem<'_> {
             largest = largest.max(square.sqrt());
         }
         self.seen.set(((sum * 3.0 / dim as f64).sqrt(), largest));
-        data.iter_mut().zip(&self.roots).for_each(|(d, root)| *d *= root);
+        data.iter_mut()
+            .zip(&self.roots)
+            .for_each(|(d, root)| *d *= root);
         let frames = [parameters.cranium, parameters.jaw];
-        for (frame, root) in frames.iter().zip(self.orthogonality()).filter(|(_, w)| *w > 0.0) {
+        for (frame, root) in frames
+            .iter()
+            .zip(self.orthogonality())
+            .filter(|(_, w)| *w > 0.0)
+        {
             let (own, tail) = rest.split_at_mut(9);
-            own.iter_mut().zip(frame.orthogonality()).for_each(|(o, e)| *o = root * e);
+            own.iter_mut()
+                .zip(frame.orthogonality())
+                .for_each(|(o, e)| *o = root * e);
             rest = tail;
         }
         Ok(())
@@ -356,8 +405,10 @@ impl LeastSquares for Problem<'_> {
         let sensitivity = self.rig.sensitivity()?;
         let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
         let data = sensitivity.jacobian(self.fitter.observation, &directions, route);
-        for ((column, seen), direction) in
-            j.chunks_exact_mut(rows).zip(data.chunks_exact(dim)).zip(&directions)
+        for ((column, seen), direction) in j
+            .chunks_exact_mut(rows)
+            .zip(data.chunks_exact(dim))
+            .zip(&directions)
         {
             for ((c, d), root) in column.iter_mut().zip(seen).zip(&self.roots) {
                 *c = d * root;

@@ -25,9 +25,7 @@ pub(super) fn rotation_with_derivative(w: [f64; 3]) -> ([[f64; 3]; 3], [[[f64; 3
     let cross = skew(w);
     let cross_squared = multiply(&cross, &cross);
     let matrix = std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            f64::from(i == j) + s * cross[i][j] + c * cross_squared[i][j]
-        })
+        std::array::from_fn(|j| f64::from(i == j) + s * cross[i][j] + c * cross_squared[i][j])
     });
     let derivative = std::array::from_fn(|k| {
         let unit = skew(std::array::from_fn(|i| f64::from(i == k)));

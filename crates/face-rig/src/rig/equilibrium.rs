@@ -45,7 +45,10 @@ impl Default for RigParams {
             relative_gradient_tolerance: 0.0,
             ..NewtonParams::default()
         };
-        Self { newton, smallest_step: 1.0 / 256.0 }
+        Self {
+            newton,
+            smallest_step: 1.0 / 256.0,
+        }
     }
 }
 
@@ -61,7 +64,10 @@ pub struct Solved {
 impl Solved {
     /// x = M_c z + t_c, metres.
     pub fn positions(&self) -> Vec<[f64; 3]> {
-        self.in_cranium_frame.iter().map(|&z| self.parameters.cranium.apply(z)).collect()
+        self.in_cranium_frame
+            .iter()
+            .map(|&z| self.parameters.cranium.apply(z))
+            .collect()
     }
 }
 
@@ -110,10 +116,21 @@ impl Rig {
             rest.clone(),
             parameters.activations.clone(),
         )?);
-        let solved = Solved { parameters, in_cranium_frame: rest };
+        let solved = Solved {
+            parameters,
+            in_cranium_frame: rest,
+        };
         let jaw = jaw.iter().map(|&n| n as u32).collect();
         let (tangent, work) = (None, Work::default());
-        Ok(Self { assembly, jaw, newton, params, solved, tangent, work })
+        Ok(Self {
+            assembly,
+            jaw,
+            newton,
+            params,
+            solved,
+            tangent,
+            work,
+        })
     }
 
     /// Number of muscles.
@@ -141,7 +158,11 @@ impl Rig {
         self.check(&solved.parameters)?;
         let (found, expected) = (solved.in_cranium_frame.len(), self.assembly.rest().len());
         if found != expected {
-            return Err(RigError::WrongLength { what: "nodes", found, expected });
+            return Err(RigError::WrongLength {
+                what: "nodes",
+                found,
+                expected,
+            });
         }
         self.solved = solved;
         Ok(())
@@ -181,7 +202,10 @@ impl Rig {
             let guess = self.predict(&state, &pose);
             match self.equilibrium(guess, &pose) {
                 Ok(in_cranium_frame) => {
-                    state = Solved { parameters: pose, in_cranium_frame };
+                    state = Solved {
+                        parameters: pose,
+                        in_cranium_frame,
+                    };
                     if to == 1.0 {
                         return Ok(state);
                     }
@@ -191,7 +215,12 @@ impl Rig {
                 Err(source) => {
                     let (percent, source) = (100.0 * done, Box::new(source));
                     let element = self.inverted_element(&state, &pose);
-                    return Err(RigError::NoEquilibrium { percent, steps, element, source });
+                    return Err(RigError::NoEquilibrium {
+                        percent,
+                        steps,
+                        element,
+                        source,
+                    });
                 }
             }
         }
@@ -206,8 +235,17 @@ impl Rig {
         let at = self.solved.clone();
         self.ensure_tangent(&at)?;
         self.work.jacobian_time += begin.elapsed();
-        let Self { assembly, jaw, solved, tangent, .. } = self;
-        let factor = tangent.as_ref().map(|t| &t.factor).ok_or(RigError::NoTangent)?;
+        let Self {
+            assembly,
+            jaw,
+            solved,
+            tangent,
+            ..
+        } = self;
+        let factor = tangent
+            .as_ref()
+            .map(|t| &t.factor)
+            .ok_or(RigError::NoTangent)?;
         Ok(Sensitivity::new(assembly, jaw, solved, factor))
     }
 
@@ -215,11 +253,16 @@ impl Rig {
         if self.tangent.as_ref().is_some_and(|t| t.at == *at) {
             return Ok(());
         }
-        let Self { assembly, newton, .. } = &mut *self;
+        let Self {
+            assembly, newton, ..
+        } = &mut *self;
         let activations = at.parameters.activations.clone();
         let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), activations)?;
         let factor = newton.factor_at(&problem, &problem.unknowns())?.clone();
-        self.tangent = Some(Tangent { at: at.clone(), factor });
+        self.tangent = Some(Tangent {
+            at: at.clone(),
+            factor,
+        });
         self.work.factorizations += 1;
         Ok(())
     }
@@ -256,7 +299,13 @@ impl Rig {
         guess: Vec<[f64; 3]>,
         pose: &Parameters,
     ) -> Result<Vec<[f64; 3]>, NewtonError> {
-        let Self { assembly, newton, params, work, .. } = self;
+        let Self {
+            assembly,
+            newton,
+            params,
+            work,
+            ..
+        } = self;
         let problem = Quasistatic::new(assembly, guess, pose.activations.clone())
             .map_err(|_| outside_domain())?;
         let mut x = problem.unknowns();
@@ -279,7 +328,11 @@ impl Rig {
     fn check(&self, parameters: &Parameters) -> Result<(), RigError> {
         let (found, expected) = (parameters.activations.len(), self.muscles());
         if found != expected {
-            return Err(RigError::WrongLength { what: "activations", found, expected });
+            return Err(RigError::WrongLength {
+                what: "activations",
+                found,
+                expected,
+            });
         }
         match parameters.to_vec().iter().position(|v| !v.is_finite()) {
             Some(index) => Err(RigError::NotFinite { index }),
@@ -292,7 +345,12 @@ impl Rig {
 fn outside_domain() -> NewtonError {
     let energy = f64::INFINITY;
     let reason = NewtonFailure::OutsideDomain { energy };
-    NewtonError { iteration: 0, energy, gradient_norm: f64::INFINITY, reason }
+    NewtonError {
+        iteration: 0,
+        energy,
+        gradient_norm: f64::INFINITY,
+        reason,
+    }
 }
 
 /// What changes the shape in the cranium's frame on the way between two poses.
@@ -315,12 +373,21 @@ impl Change {
 /// |θ_a − θ_b| in what needs an equilibrium: activations and jaw.
 fn distance(a: &Parameters, b: &Parameters) -> f64 {
     let Change { activations, jaw } = Change::between(a, b);
-    activations.iter().chain(&jaw.to_array()).map(|d| d * d).sum::<f64>().sqrt()
+    activations
+        .iter()
+        .chain(&jaw.to_array())
+        .map(|d| d * d)
+        .sum::<f64>()
+        .sqrt()
 }
 
 /// (1 − t) a + t b, number by number.
 fn between(a: &Parameters, b: &Parameters, t: f64) -> Parameters {
-    let mixed: Vec<f64> =
-        a.to_vec().iter().zip(b.to_vec()).map(|(a, b)| a + t * (b - a)).collect();
+    let mixed: Vec<f64> = a
+        .to_vec()
+        .iter()
+        .zip(b.to_vec())
+        .map(|(a, b)| a + t * (b - a))
+        .collect();
     Parameters::from_slice(&mixed).unwrap_or_else(|| b.clone())
 }

@@ -22,7 +22,10 @@ impl Frame {
         translation: [0.0; 3],
     };
     /// X ↦ 0: the zero differential.
-    pub const ZERO: Self = Self { matrix: [[0.0; 3]; 3], translation: [0.0; 3] };
+    pub const ZERO: Self = Self {
+        matrix: [[0.0; 3]; 3],
+        translation: [0.0; 3],
+    };
     /// Numbers in a frame.
     pub const PARAMETERS: usize = 12;
 
@@ -34,7 +37,8 @@ impl Frame {
 
     /// M v.
     pub fn rotate(&self, v: [f64; 3]) -> [f64; 3] {
-        self.matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+        self.matrix
+            .map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
 
     /// Mᵀ v.
@@ -45,7 +49,13 @@ impl Frame {
 
     /// The twelve numbers: M by rows, then t.
     pub fn to_array(&self) -> [f64; 12] {
-        std::array::from_fn(|k| if k < 9 { self.matrix[k / 3][k % 3] } else { self.translation[k - 9] })
+        std::array::from_fn(|k| {
+            if k < 9 {
+                self.matrix[k / 3][k % 3]
+            } else {
+                self.translation[k - 9]
+            }
+        })
     }
 
     /// From M by rows and t.
@@ -76,7 +86,9 @@ impl Frame {
         let (m, dm) = (&self.matrix, &d.matrix);
         std::array::from_fn(|k| {
             let (i, j) = (k / 3, k % 3);
-            (0..3).map(|l| dm[l][i] * m[l][j] + m[l][i] * dm[l][j]).sum()
+            (0..3)
+                .map(|l| dm[l][i] * m[l][j] + m[l][i] * dm[l][j])
+                .sum()
         })
     }
 
@@ -94,7 +106,10 @@ mod tests {
     fn numbers_survive_the_round_trip() {
         let numbers = std::array::from_fn(|k| k as f64 + 0.5);
         assert_eq!(Frame::from_array(numbers).to_array(), numbers);
-        assert_eq!(Frame::from_array(numbers).apply([1.0, 0.0, 0.0]), [10.0, 14.0, 18.0]);
+        assert_eq!(
+            Frame::from_array(numbers).apply([1.0, 0.0, 0.0]),
+            [10.0, 14.0, 18.0]
+        );
     }
 
     #[test]

@@ -34,7 +34,13 @@ impl<'a> Sensitivity<'a> {
         solved: &'a Solved,
         factor: &'a CholeskyFactor<f64, 3>,
     ) -> Self {
-        Self { assembly, jaw, solved, positions: solved.positions(), factor }
+        Self {
+            assembly,
+            jaw,
+            solved,
+            positions: solved.positions(),
+            factor,
+        }
     }
 
     /// x(θ), where the derivative is taken.
@@ -48,8 +54,15 @@ impl<'a> Sensitivity<'a> {
         observation: &dyn Observation,
         directions: &[Direction],
     ) -> JacobianRoute {
-        let solves = directions.iter().filter(|d| !matches!(d, Direction::Cranium(_))).count();
-        if observation.dim() < solves { JacobianRoute::Adjoint } else { JacobianRoute::Columns }
+        let solves = directions
+            .iter()
+            .filter(|d| !matches!(d, Direction::Cranium(_)))
+            .count();
+        if observation.dim() < solves {
+            JacobianRoute::Adjoint
+        } else {
+            JacobianRoute::Columns
+        }
     }
 
     /// dz for one change of activations and jaw together, by a single solve.
@@ -60,7 +73,10 @@ impl<'a> Sensitivity<'a> {
         let mut unit = vec![0.0; force.len()];
         for (muscle, &change) in activations.iter().enumerate().filter(|(_, c)| **c != 0.0) {
             self.load(&Direction::Activation(muscle), &mut unit);
-            force.iter_mut().zip(&unit).for_each(|(f, u)| *f += change * u);
+            force
+                .iter_mut()
+                .zip(&unit)
+                .for_each(|(f, u)| *f += change * u);
         }
         self.factor.solve_in_place(&mut force);
         force.iter_mut().for_each(|f| *f = -*f);
@@ -76,9 +92,12 @@ impl<'a> Sensitivity<'a> {
             .collect();
         let mut block = vec![0.0; n * solving.len()];
         if n > 0 {
-            block.par_chunks_exact_mut(n).zip(&solving).for_each(|(rhs, &k)| {
-                self.load(&directions[k], rhs);
-            });
+            block
+                .par_chunks_exact_mut(n)
+                .zip(&solving)
+                .for_each(|(rhs, &k)| {
+                    self.load(&directions[k], rhs);
+                });
             self.factor.solve_many(&mut block, solving.len());
         }
         let mut next = 0;
@@ -87,9 +106,12 @@ impl<'a> Sensitivity<'a> {
             .map(|direction| {
                 let mut dz = self.bone_motion(direction);
                 match direction {
-                    Direction::Cranium(d) => {
-                        self.solved.in_cranium_frame.iter().map(|&z| d.apply(z)).collect()
-                    }
+                    Direction::Cranium(d) => self
+                        .solved
+                        .in_cranium_frame
+                        .iter()
+                        .map(|&z| d.apply(z))
+                        .collect(),
                     Direction::Activation(_) | Direction::Jaw(_) => {
                         let column: Vec<f64> =
                             block[next * n..(next + 1) * n].iter().map(|v| -v).collect();
@@ -148,14 +170,23 @@ impl<'a> Sensitivity<'a> {
 
     /// For each covector over the nodes, its product with dx/dθ.
     fn pull_back(&self, seen: &[Vec<[f64; 3]>], directions: &[Direction]) -> Vec<Vec<f64>> {
-        let Solved { parameters, in_cranium_frame } = self.solved;
+        let Solved {
+            parameters,
+            in_cranium_frame,
+        } = self.solved;
         let n = self.assembly.dofs().unknowns();
         let in_frame: Vec<Vec<[f64; 3]>> = seen
             .iter()
-            .map(|w| w.iter().map(|&v| parameters.cranium.rotate_transposed(v)).collect())
+            .map(|w| {
+                w.iter()
+                    .map(|&v| parameters.cranium.rotate_transposed(v))
+                    .collect()
+            })
             .collect();
-        let mut multipliers: Vec<f64> =
-            in_frame.iter().flat_map(|w| self.assembly.dofs().gather(w)).collect();
+        let mut multipliers: Vec<f64> = in_frame
+            .iter()
+            .flat_map(|w| self.assembly.dofs().gather(w))
+            .collect();
         self.factor.solve_many(&mut multipliers, seen.len());
         let forces: Vec<Option<Vec<f64>>> = directions
             .par_iter()
@@ -201,7 +232,11 @@ impl<'a> Sensitivity<'a> {
                         }
                         (Direction::Activation(_), force) => {
                             let force = force.as_deref().unwrap_or_default();
-                            -multiplier.iter().zip(force).map(|(m, f)| m * f).sum::<f64>()
+                            -multiplier
+                                .iter()
+                                .zip(force)
+                                .map(|(m, f)| m * f)
+                                .sum::<f64>()
                         }
                     })
                     .collect()
@@ -211,10 +246,14 @@ impl<'a> Sensitivity<'a> {
 
     /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
     fn load(&self, direction: &Direction, rhs: &mut [f64]) {
-        let Solved { parameters, in_cranium_frame } = self.solved;
+        let Solved {
+            parameters,
+            in_cranium_frame,
+        } = self.solved;
         match direction {
             Direction::Activation(muscle) => {
-                self.assembly.activation_gradient(in_cranium_frame, *muscle, rhs);
+                self.assembly
+                    .activation_gradient(in_cranium_frame, *muscle, rhs);
             }
             Direction::Jaw(_) => self.assembly.hessian_product(
                 in_cranium_frame,

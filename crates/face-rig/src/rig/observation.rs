@@ -54,11 +54,18 @@ pub struct CarriedPoint {
 impl CarriedPoint {
     /// A node itself.
     pub fn node(node: u32) -> Self {
-        Self { nodes: [node; 4], weights: [1.0, 0.0, 0.0, 0.0] }
+        Self {
+            nodes: [node; 4],
+            weights: [1.0, 0.0, 0.0, 0.0],
+        }
     }
     /// Where it is when the nodes are at `x`.
     pub fn position(&self, x: &[[f64; 3]]) -> [f64; 3] {
-        std::array::from_fn(|i| (0..4).map(|k| self.weights[k] * x[self.nodes[k] as usize][i]).sum())
+        std::array::from_fn(|i| {
+            (0..4)
+                .map(|k| self.weights[k] * x[self.nodes[k] as usize][i])
+                .sum()
+        })
     }
 }
 

@@ -16,7 +16,11 @@ pub struct Parameters {
 impl Parameters {
     /// Relaxed, at rest.
     pub fn rest(muscles: usize) -> Self {
-        Self { activations: vec![0.0; muscles], cranium: Frame::IDENTITY, jaw: Frame::IDENTITY }
+        Self {
+            activations: vec![0.0; muscles],
+            cranium: Frame::IDENTITY,
+            jaw: Frame::IDENTITY,
+        }
     }
 
     /// Activations, then M_c by rows, t_c, M_j by rows, t_j.

@@ -92,6 +92,8 @@ pub struct GaussNewtonParams {
     pub gradient_tolerance: f64,
     /// Stop when the root mean square of the group norms is at most this, in the residuals' unit.
     pub residual_tolerance: f64,
+    /// Stop when a step lowers that root mean square by less than this, in the residuals' unit.
+    pub residual_change: f64,
 }
 
 impl Default for GaussNewtonParams {
@@ -108,6 +110,7 @@ impl Default for GaussNewtonParams {
             cost_tolerance: 1e-12,
             gradient_tolerance: 0.0,
             residual_tolerance: 0.0,
+            residual_change: 0.0,
         }
     }
 }
@@ -123,6 +126,8 @@ pub enum GaussNewtonStop {
     Gradient,
     /// `residual_tolerance`.
     Residual,
+    /// `residual_change`.
+    ResidualChange,
 }
 
 /// One accepted step, for an observer; the starting point is reported with `step = 0`.

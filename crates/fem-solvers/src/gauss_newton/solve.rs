@@ -153,7 +153,7 @@ fn run<P: LeastSquares + ?Sized>(
             return Ok(GaussNewtonStop::Gradient);
         }
 
-        let before = info.cost;
+        let (before, residual_before) = (info.cost, info.residual);
         let mut rejections = 0;
         // Until a step is accepted: undamped the first one, damped the first that lowers the cost.
         let (step, lambda) = loop {
@@ -235,6 +235,9 @@ fn run<P: LeastSquares + ?Sized>(
         }
         if (before - info.cost).abs() <= params.cost_tolerance * before {
             return Ok(GaussNewtonStop::Cost);
+        }
+        if (residual_before - info.residual).abs() < params.residual_change {
+            return Ok(GaussNewtonStop::ResidualChange);
         }
     }
 }
