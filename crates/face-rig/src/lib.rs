@@ -1,5 +1,6 @@
 //! Muscle-driven faces: quasistatic expressions, exact rig derivatives and fitting to landmarks
 
+pub mod anatomy;
 pub mod builtin;
 pub mod export;
 pub mod fit;

@@ -1,0 +1,14 @@
+//! What a face consists of: muscles with fibres, bones, the jaw's hinge, and points that ride on
+//! the flesh.
+
+mod bones;
+mod embed;
+mod fibres;
+mod hinge;
+mod locate;
+
+pub use bones::{Bone, Bones};
+pub use embed::EmbeddedPoint;
+pub use fibres::{FibreEntry, FibreError, FibreField, Muscle, Side};
+pub use hinge::{AffineMotion, HingeError, JawHinge};
+pub use locate::{Located, TetLocator};
