@@ -6,3 +6,4 @@ pub mod export;
 pub mod fit;
 pub mod pictures;
 pub mod rig;
+pub mod scene;

@@ -149,7 +149,8 @@ impl FibreField {
                 return Err(FibreError::Weight { entry, weight });
             }
             let length = e.direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if !((length - 1.0).abs() <= 1e-3) {
+            let unit = (length - 1.0).abs() <= 1e-3;
+            if !unit {
                 return Err(FibreError::Direction { entry, length });
             }
             e.direction = e.direction.map(|v| v / length);

@@ -1,0 +1,246 @@
+//! The scene file: JSON, unknown fields refused. The module's documentation shows one.
+
+use super::material::{Fibres, MaterialSpec};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A scene file as it stands on disk. Paths are relative to the file's folder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// A title for reports.
+    #[serde(default)]
+    pub name: String,
+    /// Metres per unit of length in every file named here and in `hinge`; 1 by default, 0.001 for
+    /// millimetres.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Where the flesh comes from.
+    pub face: FaceSource,
+    /// What the flesh is made of where no region says otherwise.
+    pub material: MaterialSpec,
+    /// Regions made of something else.
+    #[serde(default)]
+    pub regions: Option<RegionsSpec>,
+    /// What all muscles share.
+    #[serde(default)]
+    pub fibres: Fibres,
+    /// Expressions to fit.
+    #[serde(default)]
+    pub targets: Option<TargetsSpec>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Where the flesh with its bones, muscles and landmarks comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum FaceSource {
+    /// The face that the program makes itself.
+    Builtin(BuiltinSpec),
+    /// Files.
+    Files(Box<FilesSpec>),
+}
+
+/// The built-in face.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BuiltinSpec {
+    /// About how many tetrahedra, 5,000 to 1,000,000.
+    pub tets: usize,
+}
+
+/// A face in files.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FilesSpec {
+    /// VTU or VTK file of tetrahedra.
+    pub mesh: PathBuf,
+    /// What to do with elements of negative volume; refused by default.
+    #[serde(default)]
+    pub turned_over: TurnedOver,
+    /// Which nodes hang on which bone.
+    pub bones: BonesSpec,
+    /// The jaw's hinge.
+    pub hinge: HingeSpec,
+    /// The muscles.
+    pub muscles: MusclesSpec,
+    /// CSV `ict_vertex,tet,w0,w1,w2,w3` (or `vertex,…`): points on the mesh by number.
+    #[serde(default)]
+    pub embedding: Option<PathBuf>,
+    /// The landmarks.
+    #[serde(default)]
+    pub landmarks: Option<LandmarksSpec>,
+}
+
+/// What to do with elements of negative volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TurnedOver {
+    /// Refuse the mesh.
+    #[default]
+    Refuse,
+    /// Swap two nodes and count them.
+    Repair,
+}
+
+/// A point data array of whole numbers, and what they mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BonesSpec {
+    /// Name of the array.
+    pub array: String,
+    /// Label of free nodes.
+    pub free: i64,
+    /// Label of nodes on the skull.
+    pub cranium: i64,
+    /// Label of nodes on the jaw.
+    pub jaw: i64,
+}
+
+/// The hinge, given here or in a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum HingeSpec {
+    /// A JSON file with `hinge_point_m` and `hinge_axis`.
+    File(PathBuf),
+    /// A line.
+    Line {
+        /// A point on it.
+        point: [f64; 3],
+        /// Its direction; a positive angle opens the mouth by the right-hand rule.
+        axis: [f64; 3],
+    },
+}
+
+/// The muscles: their names and where their fibres run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MusclesSpec {
+    /// The names, in the order of the indices.
+    pub names: NamesSpec,
+    /// Where the fibres run.
+    pub fibres: FibresSpec,
+}
+
+/// Muscle names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum NamesSpec {
+    /// A JSON file: a list of objects with `index` and `name`.
+    File(PathBuf),
+    /// The names themselves.
+    List(Vec<String>),
+}
+
+/// Which elements the muscles fill.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum FibresSpec {
+    /// CSV `tet,muscle,weight,fx,fy,fz`; several lines for one tet add up.
+    Table(PathBuf),
+    /// Cell data arrays of the mesh: one muscle in each tet at most.
+    Arrays {
+        /// Index of the muscle, −1 for none.
+        muscle: String,
+        /// Weight; 1 everywhere if left out.
+        #[serde(default)]
+        weight: Option<String>,
+        /// Unit vectors.
+        fibre: String,
+    },
+}
+
+/// Which points are landmarks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LandmarksSpec {
+    /// CSV `target,landmark,ict_vertex,x,y,z` (or `…,vertex,…`).
+    pub file: PathBuf,
+    /// The rows of this target give the landmarks at rest.
+    #[serde(default = "rest")]
+    pub rest: String,
+}
+
+fn rest() -> String {
+    "rest".into()
+}
+
+/// Materials by a cell data array of whole numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionsSpec {
+    /// Name of the array.
+    pub array: String,
+    /// What each label means; other labels get the scene's `material`.
+    pub labels: Vec<RegionSpec>,
+}
+
+/// One label of a region array.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionSpec {
+    /// The label.
+    pub label: i64,
+    /// A name for reports.
+    pub name: String,
+    /// What it is made of.
+    pub material: MaterialSpec,
+}
+
+/// Expressions to fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TargetsSpec {
+    /// CSV `target,landmark,ict_vertex,x,y,z`: where the landmarks go. May be the same file as that
+    /// of the landmarks.
+    pub landmarks: PathBuf,
+    /// Targets of that file to leave out, such as the rest state itself.
+    #[serde(default)]
+    pub skip: Vec<String>,
+    /// Names that start like this are other people, not expressions; muscles cannot reach them.
+    #[serde(default)]
+    pub identities: Vec<String>,
+    /// VTU of skin triangles at rest with point data `disp_NAME` and the vertex numbers of the
+    /// embedding: dense targets.
+    #[serde(default)]
+    pub dense: Option<DenseSpec>,
+    /// JSON with the rigid jaw motion behind each target (`NAME.jaw.rotation`, `translation_m`), to
+    /// compare results with; never used by a fit.
+    #[serde(default)]
+    pub truth: Option<PathBuf>,
+}
+
+/// Dense targets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DenseSpec {
+    /// The VTU file.
+    pub file: PathBuf,
+    /// Name of the point data array of vertex numbers.
+    #[serde(default = "ict_vertex")]
+    pub vertex: String,
+    /// What stands before the target's name in the arrays of displacements.
+    #[serde(default = "disp")]
+    pub prefix: String,
+}
+
+fn ict_vertex() -> String {
+    "ict_vertex".into()
+}
+fn disp() -> String {
+    "disp_".into()
+}
+
+impl SceneFile {
+    /// Reads a scene file without the files that it names.
+    ///
+    /// # Errors
+    /// [`SceneError::Io`](super::SceneError::Io), or [`SceneError::Syntax`](super::SceneError::Syntax)
+    /// with the field, line and column.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, super::SceneError> {
+        super::json::read(path.as_ref())
+    }
+}

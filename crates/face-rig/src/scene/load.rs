@@ -1,0 +1,216 @@
+//! From a scene file to plain data: the flesh, its bones and what it is made of.
+
+use super::format::{
+    BonesSpec, FaceSource, FilesSpec, HingeSpec, RegionsSpec, SceneFile, TurnedOver,
+};
+use super::material::{MaterialSpec, PassiveMaterial, Region};
+use super::{Scene, SceneError, json, muscles, targets};
+use crate::anatomy::{Bone, Bones, JawHinge};
+use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Where a scene's files are: relative to the scene file.
+pub(super) struct Place<'a> {
+    /// The scene file.
+    pub path: &'a Path,
+    /// Metres per unit of length.
+    pub scale: f64,
+}
+
+impl Place<'_> {
+    pub fn file(&self, relative: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(relative)
+    }
+    pub fn field(&self, field: impl Into<String>, reason: impl Into<String>) -> SceneError {
+        SceneError::invalid(self.path, field, reason)
+    }
+}
+
+pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
+    let file = SceneFile::read(path)?;
+    let place = Place {
+        path,
+        scale: file.scale,
+    };
+    if !(file.scale > 0.0 && file.scale.is_finite()) {
+        let reason = format!(
+            "{} must be metres per unit, above 0; 0.001 for mm",
+            file.scale
+        );
+        return Err(place.field("scale", reason));
+    }
+    if let Some(defect) = file.fibres.defect() {
+        return Err(place.field("fibres", defect));
+    }
+    let flesh = material(&place, "material", &file.material)?;
+    let files = match &file.face {
+        FaceSource::Files(files) => files,
+        FaceSource::Builtin(_) => {
+            let reason = "a built-in face is not read from files; make it with the built-in \
+                          generator and take material, fibres and targets from SceneFile";
+            return Err(place.field("face.builtin", reason));
+        }
+    };
+    let mesh_file = MeshFile::read(place.file(&files.mesh))?;
+    let (mesh, repairs) = mesh(&place, files, &mesh_file)?;
+    let bones = bones(&mesh_file, &files.bones)?;
+    let hinge = hinge(&place, &files.hinge)?;
+    let (muscles, fibre_field) = muscles::load(&place, &files.muscles, &mesh_file, &mesh)?;
+    let (regions, region_of_tet) = regions(&place, file.regions.as_ref(), &mesh_file, flesh)?;
+    let points = targets::load(&place, files, file.targets.as_ref(), &mesh, &repairs)?;
+    Ok(Scene {
+        name: match file.name.as_str() {
+            "" => path
+                .file_stem()
+                .map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
+            name => name.to_owned(),
+        },
+        path: path.to_path_buf(),
+        mesh,
+        repairs,
+        bones,
+        hinge,
+        muscles,
+        fibre_field,
+        fibres: file.fibres,
+        regions,
+        region_of_tet,
+        embedding: points.embedding,
+        landmarks: points.landmarks,
+        skin: points.skin,
+        targets: points.targets,
+    })
+}
+
+fn mesh(
+    place: &Place,
+    files: &FilesSpec,
+    file: &MeshFile,
+) -> Result<(SimplexMesh<3>, Repairs), SceneError> {
+    let orientation = match files.turned_over {
+        TurnedOver::Refuse => Orientation::Refuse,
+        TurnedOver::Repair => Orientation::Repair,
+    };
+    let (mesh, repairs) = file.tet_mesh(orientation, Orphans::Refuse)?;
+    let scaled = mesh.scaled(place.scale);
+    let reason = format!("{} makes coordinates overflow", place.scale);
+    Ok((scaled.ok_or_else(|| place.field("scale", reason))?, repairs))
+}
+
+fn bones(file: &MeshFile, spec: &BonesSpec) -> Result<Bones, SceneError> {
+    let labels = file.point_integers(&spec.array)?;
+    let known = [
+        (spec.free, Bone::Free),
+        (spec.cranium, Bone::Cranium),
+        (spec.jaw, Bone::Jaw),
+    ];
+    let bone = |(node, label): (usize, &i64)| {
+        let found = known.iter().find(|(l, _)| l == label);
+        found.map(|&(_, bone)| bone).ok_or_else(|| {
+            let reason = format!(
+                "label {label} is neither free ({}), cranium ({}) nor jaw ({}); correct \"bones\" in \
+                 the scene file",
+                spec.free, spec.cranium, spec.jaw
+            );
+            let place = format!("point data array \"{}\" at point {node}", spec.array);
+            SceneError::invalid(&file.path, place, reason)
+        })
+    };
+    let of_node = labels
+        .iter()
+        .enumerate()
+        .map(bone)
+        .collect::<Result<_, _>>()?;
+    let bones = Bones::new(of_node);
+    let missing = |reason: String| {
+        let place = format!("point data array \"{}\"", spec.array);
+        Err(SceneError::invalid(&file.path, place, reason))
+    };
+    if bones.cranium.is_empty() {
+        let label = spec.cranium;
+        return missing(format!(
+            "no node has the cranium's label {label}; the face would float"
+        ));
+    }
+    if bones.free.is_empty() {
+        return missing(format!("no node has the label {} of free nodes", spec.free));
+    }
+    Ok(bones)
+}
+
+/// Other fields of the file are of no concern here.
+#[derive(Deserialize)]
+struct HingeFile {
+    hinge_point_m: [f64; 3],
+    hinge_axis: [f64; 3],
+}
+
+fn hinge(place: &Place, spec: &HingeSpec) -> Result<JawHinge, SceneError> {
+    let (path, field, point, axis) = match spec {
+        HingeSpec::Line { point, axis } => (
+            place.path.to_path_buf(),
+            "face.files.hinge.line",
+            *point,
+            *axis,
+        ),
+        HingeSpec::File(file) => {
+            let path = place.file(file);
+            let read: HingeFile = json::read(&path)?;
+            (path, "hinge", read.hinge_point_m, read.hinge_axis)
+        }
+    };
+    JawHinge::new(point.map(|v| v * place.scale), axis).map_err(SceneError::hinge(&path, field))
+}
+
+fn material(
+    place: &Place,
+    field: &str,
+    spec: &MaterialSpec,
+) -> Result<PassiveMaterial, SceneError> {
+    spec.resolve().map_err(|reason| place.field(field, reason))
+}
+
+/// Region 0 is the scene's own material; labels follow in their order.
+fn regions(
+    place: &Place,
+    spec: Option<&RegionsSpec>,
+    file: &MeshFile,
+    flesh: PassiveMaterial,
+) -> Result<(Vec<Region>, Vec<u32>), SceneError> {
+    let mut regions = vec![Region {
+        name: "flesh".into(),
+        material: flesh,
+    }];
+    let Some(spec) = spec else {
+        return Ok((regions, vec![0; file.cell_types.len()]));
+    };
+    for (k, region) in spec.labels.iter().enumerate() {
+        let field = format!("regions.labels[{k}]");
+        if spec.labels[..k]
+            .iter()
+            .any(|other| other.label == region.label)
+        {
+            let reason = format!("label {} is given twice", region.label);
+            return Err(place.field(field, reason));
+        }
+        regions.push(Region {
+            name: region.name.clone(),
+            material: material(place, &field, &region.material)?,
+        });
+    }
+    let labels = file.cell_integers(&spec.array)?;
+    let region_of = |label: &i64| {
+        let known = spec.labels.iter().position(|r| r.label == *label);
+        known.map_or(0, |k| k as u32 + 1)
+    };
+    let of_tet: Vec<u32> = labels.iter().map(region_of).collect();
+    for (k, region) in spec.labels.iter().enumerate() {
+        if !of_tet.contains(&(k as u32 + 1)) {
+            let (label, name) = (region.label, &region.name);
+            let reason = format!("no tet of the mesh has label {label} (\"{name}\")");
+            return Err(place.field(format!("regions.labels[{k}]"), reason));
+        }
+    }
+    Ok((regions, of_tet))
+}

@@ -1,0 +1,183 @@
+//! Scene files: everything a face needs, by name, with every inconsistency an error that says
+//! where.
+//!
+//! A scene is one JSON file. Lengths are metres (or `scale` metres per unit), moduli pascals, paths
+//! relative to the file. Unknown fields are refused.
+//!
+//! ```json
+//! {
+//!   "name": "a head",
+//!   "scale": 1.0,
+//!   "face": { "files": {
+//!     "mesh": "head.vtu",
+//!     "bones": { "array": "bone", "free": 0, "cranium": 1, "jaw": 2 },
+//!     "hinge": { "line": { "point": [0, -0.0055, 0.018], "axis": [1, 0, 0] } },
+//!     "muscles": {
+//!       "names": { "file": "muscles.json" },
+//!       "fibres": { "table": "muscle_tets.csv" }
+//!     },
+//!     "embedding": "embedding.csv",
+//!     "landmarks": { "file": "landmarks.csv", "rest": "rest" }
+//!   } },
+//!   "material": { "stable_neo_hookean": { "young": 30e3, "poisson": 0.47 } },
+//!   "regions": { "array": "layer", "labels": [
+//!     { "label": 2, "name": "fat", "material": { "preset": "soft_mooney_rivlin" } }
+//!   ] },
+//!   "fibres": { "curve": "physbam", "stretch": "plain", "sigma_max": 200e3, "lambda_ofl": 1.0 },
+//!   "targets": {
+//!     "landmarks": "landmarks.csv", "skip": ["rest"], "identities": ["identity_"],
+//!     "dense": { "file": "targets.vtu", "vertex": "ict_vertex", "prefix": "disp_" },
+//!     "truth": "targets.json"
+//!   }
+//! }
+//! ```
+//!
+//! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
+//! * `turned_over`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
+//! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` and `hinge_axis`.
+//! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibres` may be
+//!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fibre": "fibre" } }`, cell data
+//!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
+//! * `material`: `preset`, `mooney_rivlin { a, b, bulk }`, `stable_neo_hookean { young, poisson }` or
+//!   `neo_hookean { young, poisson }`.
+//! * `fibres.curve`: `"physbam"`, `"blemker"` or `{ "table": { "active": [[l, f], …], "passive": … } }`;
+//!   `stretch`: `"plain"` or `"deviatoric"`.
+//! * Without `embedding`, landmarks are placed by their positions at rest.
+//!
+//! Tables are CSV with a header: fibres `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
+//! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
+
+mod check;
+mod error;
+mod format;
+mod json;
+mod load;
+mod material;
+mod muscles;
+mod names;
+mod pose;
+mod table;
+mod targets;
+
+pub use check::{CheckReport, MeshReport, MuscleReport, check};
+pub use error::SceneError;
+pub use format::{
+    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibresSpec, FilesSpec, HingeSpec, LandmarksSpec,
+    MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, TurnedOver,
+};
+pub use material::{FibreCurve, FibreStretch, Fibres, MaterialSpec, PassiveMaterial, Region};
+pub use pose::{SettingError, parse_activations, parse_angle};
+
+use crate::anatomy::{AffineMotion, Bones, EmbeddedPoint, FibreField, JawHinge, Muscle};
+use fem_assembly::mesh::{Repairs, SimplexMesh};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// A face with everything known about it, as plain data; metres and pascals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Title for reports.
+    pub name: String,
+    /// The scene file; empty for a scene made in memory.
+    pub path: PathBuf,
+    /// The flesh at rest.
+    pub mesh: SimplexMesh<3>,
+    /// What was repaired in the mesh.
+    pub repairs: Repairs,
+    /// Which nodes hang on which bone.
+    pub bones: Bones,
+    /// The jaw's hinge.
+    pub hinge: JawHinge,
+    /// The muscles, in the order of the activations.
+    pub muscles: Vec<Muscle>,
+    /// Which elements they fill.
+    pub fibre_field: FibreField,
+    /// What all of them share.
+    pub fibres: Fibres,
+    /// What the flesh is made of; the first is the scene's own material.
+    pub regions: Vec<Region>,
+    /// The region of every element.
+    pub region_of_tet: Vec<u32>,
+    /// Points on the mesh, by number.
+    pub embedding: Vec<EmbeddedPoint>,
+    /// The landmarks, ascending by index.
+    pub landmarks: Vec<Landmark>,
+    /// The skin surface of dense targets, if there are any.
+    pub skin: Option<Skin>,
+    /// The expressions to fit.
+    pub targets: Vec<Target>,
+}
+
+/// A landmark that rides on the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Landmark {
+    /// Its index, 0 to 67 in Multi-PIE order.
+    pub index: u32,
+    /// Where it rides.
+    pub point: EmbeddedPoint,
+}
+
+/// A skin surface that rides on the mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skin {
+    /// Its vertices.
+    pub points: Vec<EmbeddedPoint>,
+    /// Where they are at rest, metres.
+    pub rest: Vec<[f64; 3]>,
+    /// Triangles between them.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a target shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TargetKind {
+    /// The same person with another expression.
+    Expression,
+    /// Another person, whom muscles cannot reach.
+    Identity,
+}
+
+/// An expression to fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Its name.
+    pub name: String,
+    /// What it shows.
+    pub kind: TargetKind,
+    /// Goals, metres: (place in [`Scene::landmarks`], position), ascending.
+    pub landmarks: Vec<(usize, [f64; 3])>,
+    /// Goals of the vertices of [`Scene::skin`], metres, one each.
+    pub dense: Option<Vec<[f64; 3]>>,
+    /// The rigid jaw motion behind it where known: to compare with, not to fit with.
+    pub jaw_truth: Option<AffineMotion>,
+}
+
+impl Scene {
+    /// Reads a scene file and all files that it names.
+    ///
+    /// # Errors
+    /// [`SceneError`]: every inconsistency, with file, place and cure. A scene with a built-in face is
+    /// refused here, since it names no files.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        load::load(path.as_ref())
+    }
+
+    /// The target of that name.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`], with a suggestion for names that are almost right.
+    pub fn target(&self, name: &str) -> Result<&Target, SceneError> {
+        self.targets.iter().find(|t| t.name == name).ok_or_else(|| {
+            let hint = names::hint(name, self.targets.iter().map(|t| t.name.as_str()));
+            SceneError::invalid(
+                &self.path,
+                "targets",
+                format!("there is no target \"{name}\"{hint}"),
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;
