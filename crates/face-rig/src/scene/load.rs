@@ -3,9 +3,9 @@
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, RegionsSpec, SceneFile, TurnedOver,
 };
-use super::material::{MaterialSpec, PassiveMaterial, Region};
-use super::{Scene, SceneError, json, muscles, targets};
-use crate::anatomy::{Bone, Bones, JawHinge};
+use super::material::{Fibres, MaterialSpec, PassiveMaterial, Region};
+use super::{Landmark, Scene, SceneError, Skin, builtin, json, muscles, targets};
+use crate::anatomy::{Bone, Bones, EmbeddedPoint, FibreField, JawHinge, Muscle};
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,21 @@ impl Place<'_> {
     }
 }
 
+/// A face without its targets.
+pub(super) struct Flesh {
+    pub mesh: SimplexMesh<3>,
+    pub repairs: Repairs,
+    pub bones: Bones,
+    pub hinge: JawHinge,
+    pub muscles: Vec<Muscle>,
+    pub fibre_field: FibreField,
+    pub regions: Vec<Region>,
+    pub region_of_tet: Vec<u32>,
+    pub embedding: Vec<EmbeddedPoint>,
+    pub landmarks: Vec<Landmark>,
+    pub skin: Option<Skin>,
+}
+
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     let file = SceneFile::read(path)?;
     let place = Place {
@@ -43,43 +58,78 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     if let Some(defect) = file.fibres.defect() {
         return Err(place.field("fibres", defect));
     }
-    let flesh = material(&place, "material", &file.material)?;
-    let files = match &file.face {
-        FaceSource::Files(files) => files,
-        FaceSource::Builtin(_) => {
-            let reason = "a built-in face is not read from files; make it with the built-in \
-                          generator and take material, fibres and targets from SceneFile";
-            return Err(place.field("face.builtin", reason));
+    let material = material(&place, "material", &file.material)?;
+    let flesh = match &file.face {
+        FaceSource::Files(files) => from_files(&place, files, file.regions.as_ref(), material)?,
+        FaceSource::Builtin(_) if file.regions.is_some() => {
+            let reason = "the built-in face has no arrays to tell regions by; leave it out";
+            return Err(place.field("regions", reason));
         }
+        FaceSource::Builtin(spec) => builtin::flesh(&place, spec.tets, material)?,
     };
+    let name = match file.name.as_str() {
+        "" => path.file_stem().unwrap_or_default().to_string_lossy(),
+        name => name.into(),
+    };
+    let (skin, targets) = match &file.targets {
+        Some(spec) => targets::load(&place, spec, &flesh.landmarks, &flesh.embedding)?,
+        None => (None, Vec::new()),
+    };
+    let mut scene = flesh.scene(name.into_owned(), file.fibres);
+    scene.path = path.to_path_buf();
+    scene.skin = skin.or(scene.skin);
+    scene.targets = targets;
+    Ok(scene)
+}
+
+impl Flesh {
+    /// The scene without targets.
+    pub fn scene(self, name: String, fibres: Fibres) -> Scene {
+        Scene {
+            name,
+            path: PathBuf::new(),
+            mesh: self.mesh,
+            repairs: self.repairs,
+            bones: self.bones,
+            hinge: self.hinge,
+            muscles: self.muscles,
+            fibre_field: self.fibre_field,
+            fibres,
+            regions: self.regions,
+            region_of_tet: self.region_of_tet,
+            embedding: self.embedding,
+            landmarks: self.landmarks,
+            skin: self.skin,
+            targets: Vec::new(),
+        }
+    }
+}
+
+fn from_files(
+    place: &Place,
+    files: &FilesSpec,
+    region_spec: Option<&RegionsSpec>,
+    material: PassiveMaterial,
+) -> Result<Flesh, SceneError> {
     let mesh_file = MeshFile::read(place.file(&files.mesh))?;
-    let (mesh, repairs) = mesh(&place, files, &mesh_file)?;
+    let (mesh, repairs) = mesh(place, files, &mesh_file)?;
     let bones = bones(&mesh_file, &files.bones)?;
-    let hinge = hinge(&place, &files.hinge)?;
-    let (muscles, fibre_field) = muscles::load(&place, &files.muscles, &mesh_file, &mesh)?;
-    let (regions, region_of_tet) = regions(&place, file.regions.as_ref(), &mesh_file, flesh)?;
-    let points = targets::load(&place, files, file.targets.as_ref(), &mesh, &repairs)?;
-    Ok(Scene {
-        name: match file.name.as_str() {
-            "" => path
-                .file_stem()
-                .map_or_else(String::new, |s| s.to_string_lossy().into_owned()),
-            name => name.to_owned(),
-        },
-        path: path.to_path_buf(),
+    let hinge = hinge(place, &files.hinge)?;
+    let (muscles, fibre_field) = muscles::load(place, &files.muscles, &mesh_file, &mesh)?;
+    let (regions, region_of_tet) = regions(place, region_spec, &mesh_file, material)?;
+    let (embedding, landmarks) = targets::points(place, files, &mesh, &repairs)?;
+    Ok(Flesh {
         mesh,
         repairs,
         bones,
         hinge,
         muscles,
         fibre_field,
-        fibres: file.fibres,
         regions,
         region_of_tet,
-        embedding: points.embedding,
-        landmarks: points.landmarks,
-        skin: points.skin,
-        targets: points.targets,
+        embedding,
+        landmarks,
+        skin: None,
     })
 }
 
@@ -178,10 +228,7 @@ fn regions(
     file: &MeshFile,
     flesh: PassiveMaterial,
 ) -> Result<(Vec<Region>, Vec<u32>), SceneError> {
-    let mut regions = vec![Region {
-        name: "flesh".into(),
-        material: flesh,
-    }];
+    let mut regions = vec![Region::of_all(flesh)];
     let Some(spec) = spec else {
         return Ok((regions, vec![0; file.cell_types.len()]));
     };

@@ -155,6 +155,16 @@ pub struct Region {
     pub material: PassiveMaterial,
 }
 
+impl Region {
+    /// The region of everything that no other region claims.
+    pub(super) fn of_all(material: PassiveMaterial) -> Self {
+        Self {
+            name: "flesh".into(),
+            material,
+        }
+    }
+}
+
 /// Tension of a fibre over its normalised stretch l = λ/λ_ofl.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]

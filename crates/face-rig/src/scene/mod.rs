@@ -47,6 +47,7 @@
 //! Tables are CSV with a header: fibres `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
+mod builtin;
 mod check;
 mod error;
 mod format;
@@ -102,7 +103,7 @@ pub struct Scene {
     pub embedding: Vec<EmbeddedPoint>,
     /// The landmarks, ascending by index.
     pub landmarks: Vec<Landmark>,
-    /// The skin surface of dense targets, if there are any.
+    /// The skin: of dense targets, or of the built-in face.
     pub skin: Option<Skin>,
     /// The expressions to fit.
     pub targets: Vec<Target>,
@@ -126,6 +127,39 @@ pub struct Skin {
     pub rest: Vec<[f64; 3]>,
     /// Triangles between them.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl Skin {
+    /// A surface whose vertices are nodes of the mesh, numbered by them.
+    ///
+    /// # Panics
+    /// If a triangle names a node that belongs to no element.
+    pub fn of_nodes(mesh: &SimplexMesh<3>, triangles: &[[u32; 3]]) -> Self {
+        let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let around = mesh.node_elements();
+        let embed = |&n: &u32| {
+            let tet = around.row(n as usize)[0];
+            let corner = mesh
+                .tet(tet as usize)
+                .map(|m| if m == n { 1.0 } else { 0.0 });
+            EmbeddedPoint {
+                id: n,
+                tet,
+                weights: corner,
+            }
+        };
+        let place = |n: &u32| nodes.partition_point(|m| m < n) as u32;
+        Self {
+            points: nodes.iter().map(embed).collect(),
+            rest: nodes.iter().map(|&n| mesh.node(n)).collect(),
+            triangles: triangles
+                .iter()
+                .map(|t| [place(&t[0]), place(&t[1]), place(&t[2])])
+                .collect(),
+        }
+    }
 }
 
 /// What a target shows.
@@ -157,10 +191,25 @@ impl Scene {
     /// Reads a scene file and all files that it names.
     ///
     /// # Errors
-    /// [`SceneError`]: every inconsistency, with file, place and cure. A scene with a built-in face is
-    /// refused here, since it names no files.
+    /// [`SceneError`]: every inconsistency, with file, place and cure.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         load::load(path.as_ref())
+    }
+
+    /// The built-in face of about `tets` tetrahedra as a scene: soft tissue, no targets, its skin as
+    /// [`Scene::skin`].
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] for a number of tetrahedra that cannot be made.
+    pub fn builtin(tets: usize) -> Result<Self, SceneError> {
+        builtin::scene(tets)
+    }
+
+    /// The surface to draw: [`Scene::skin`], or else the whole boundary of the mesh.
+    pub fn surface(&self) -> Skin {
+        self.skin
+            .clone()
+            .unwrap_or_else(|| Skin::of_nodes(&self.mesh, &self.mesh.boundary().faces))
     }
 
     /// The target of that name.

@@ -11,62 +11,66 @@ use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-pub(super) struct Points {
-    pub embedding: Vec<EmbeddedPoint>,
-    pub landmarks: Vec<Landmark>,
-    pub skin: Option<Skin>,
-    pub targets: Vec<Target>,
-}
-
 /// A landmark may lie this share of the face's diagonal beside the mesh, or its embedded place beside
 /// the stated one: 3 mm on a head.
 const TOLERANCE: f64 = 0.01;
 
-pub(super) fn load(
+/// The embedding table and the landmarks of a face in files.
+pub(super) fn points(
     place: &Place,
     files: &FilesSpec,
-    targets: Option<&TargetsSpec>,
     mesh: &SimplexMesh<3>,
     repairs: &Repairs,
-) -> Result<Points, SceneError> {
+) -> Result<(Vec<EmbeddedPoint>, Vec<Landmark>), SceneError> {
     let (low, high) = mesh.bounding_box();
     let diagonal: f64 = (0..3)
         .map(|i| (high[i] - low[i]).powi(2))
         .sum::<f64>()
         .sqrt();
-    let tolerance = TOLERANCE * diagonal;
     let embedding = match &files.embedding {
         Some(file) => embedding(&place.file(file), mesh, repairs)?,
         None => Vec::new(),
     };
-    let by_id: HashMap<u32, EmbeddedPoint> = embedding.iter().map(|p| (p.id, *p)).collect();
     let landmarks = match &files.landmarks {
         Some(spec) => {
+            let by_id = numbered(&embedding);
             let known = files.embedding.is_some().then_some(&by_id);
-            landmarks(place, spec, known, mesh, tolerance)?
+            landmarks(place, spec, known, mesh, TOLERANCE * diagonal)?
         }
         None => Vec::new(),
     };
-    let (mut skin, mut list) = (None, Vec::new());
-    if let Some(spec) = targets {
-        if landmarks.is_empty() {
-            let reason = "targets need landmarks; add \"landmarks\" to the face";
-            return Err(place.field("targets", reason));
-        }
-        list = sparse(place, spec, &landmarks)?;
-        if let Some(dense_spec) = &spec.dense {
-            skin = Some(dense(place, dense_spec, &by_id, &mut list)?);
-        }
-        if let Some(file) = &spec.truth {
-            truth(&place.file(file), place.scale, &mut list)?;
-        }
+    Ok((embedding, landmarks))
+}
+
+/// The targets of a face, and the skin of the dense ones.
+pub(super) fn load(
+    place: &Place,
+    spec: &TargetsSpec,
+    landmarks: &[Landmark],
+    embedding: &[EmbeddedPoint],
+) -> Result<(Option<Skin>, Vec<Target>), SceneError> {
+    if landmarks.is_empty() {
+        let reason = "targets need landmarks; add \"landmarks\" to the face";
+        return Err(place.field("targets", reason));
     }
-    Ok(Points {
-        embedding,
-        landmarks,
-        skin,
-        targets: list,
-    })
+    let mut targets = sparse(place, spec, landmarks)?;
+    let skin = match &spec.dense {
+        Some(dense_spec) => Some(dense(
+            place,
+            dense_spec,
+            &numbered(embedding),
+            &mut targets,
+        )?),
+        None => None,
+    };
+    if let Some(file) = &spec.truth {
+        truth(&place.file(file), place.scale, &mut targets)?;
+    }
+    Ok((skin, targets))
+}
+
+fn numbered(embedding: &[EmbeddedPoint]) -> HashMap<u32, EmbeddedPoint> {
+    embedding.iter().map(|p| (p.id, *p)).collect()
 }
 
 fn embedding(

@@ -471,6 +471,30 @@ fn regions_and_fibre_settings() {
 }
 
 #[test]
+fn a_scene_may_name_the_built_in_face() {
+    let files = Files::new();
+    let text = r#"{ "face": { "builtin": { "tets": 5000 } }, "material": { "preset": "soft_tissue" },
+        "targets": { "landmarks": "goals.csv" } }"#;
+    files.text("scene.json", text);
+    files.text(
+        "goals.csv",
+        "target,landmark,vertex,x,y,z\nsmile,48,0,0.01,0.02,0.03\n",
+    );
+    let scene = files.load().expect("sound");
+    assert_eq!(scene.landmarks.len(), 68);
+    assert_eq!(scene.targets[0].landmarks, [(48, [0.01, 0.02, 0.03])]);
+    expect(
+        &check(&scene).warnings.join("\n"),
+        &["target smile has 1 of 68 landmarks"],
+    );
+    files.edit("scene.json", "5000", "5");
+    expect(
+        &files.error("scene.json"),
+        &["face.builtin.tets", "4000 to 2000000"],
+    );
+}
+
+#[test]
 fn the_shipped_scenes_describe_the_head_data() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let data = folder.join("../../../../shared/data/head");
