@@ -57,6 +57,7 @@ mod material;
 mod muscles;
 mod names;
 mod pose;
+mod rig;
 mod table;
 mod targets;
 
@@ -67,6 +68,7 @@ pub use format::{
     MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, TurnedOver,
 };
 pub use material::{FibreCurve, FibreStretch, Fibres, MaterialSpec, PassiveMaterial, Region};
+pub use rig::RigSceneError;
 pub use pose::{SettingError, parse_activations, parse_angle};
 
 use crate::anatomy::{AffineMotion, Bones, EmbeddedPoint, FibreField, JawHinge, Muscle};

@@ -1,0 +1,172 @@
+//! One expression of a scene, fitted: landmarks (and dense skin where asked) to activations and jaw.
+
+use super::{FitError, FitIteration, FitParams, FitReport, Fitter, Parametrization};
+use crate::rig::{CarriedPoint, CarriedPoints, Rig};
+use crate::scene::{Scene, SceneError, Target};
+use std::time::Instant;
+
+/// Which points of a target are fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seen {
+    /// Its landmarks.
+    #[default]
+    Landmarks,
+    /// Its dense skin.
+    Dense,
+    /// Both.
+    Both,
+}
+
+/// How an expression's fit ended.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ExpressionFit {
+    /// Name of the target.
+    pub name: String,
+    /// Points fitted.
+    pub points: usize,
+    /// Root-mean-square distance at rest, millimetres.
+    pub rms_before_mm: f64,
+    /// The same after the fit.
+    pub rms_after_mm: f64,
+    /// Largest distance after the fit, millimetres.
+    pub largest_mm: f64,
+    /// Steps.
+    pub iterations: usize,
+    /// Seconds.
+    pub seconds: f64,
+    /// Why it stopped, or why it failed.
+    pub outcome: Outcome,
+    /// Angle of the jaw, degrees.
+    pub jaw_degrees: Option<f64>,
+    /// Every activation, in the scene's order of muscles.
+    pub activations: Vec<f64>,
+    /// The way there.
+    pub history: Vec<FitIteration>,
+    /// The numbers found, for a warm start.
+    #[serde(skip)]
+    pub q: Vec<f64>,
+    /// x(θ), metres.
+    #[serde(skip)]
+    pub positions: Vec<[f64; 3]>,
+}
+
+/// The end of a fit.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// A stop rule was met.
+    Converged(String),
+    /// It was not; the best pose was kept.
+    NotConverged(String),
+}
+
+impl ExpressionFit {
+    /// RMS after, as a share of that before.
+    pub fn remaining(&self) -> f64 {
+        if self.rms_before_mm > 0.0 { self.rms_after_mm / self.rms_before_mm } else { 0.0 }
+    }
+    /// Was a stop rule met?
+    pub fn converged(&self) -> bool {
+        matches!(self.outcome, Outcome::Converged(_))
+    }
+}
+
+/// An expression that could not be fitted at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExpressionError {
+    /// The scene lacks something the target needs.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Bad input, or no equilibrium at the start.
+    #[error("target {name}: {source}")]
+    Fit {
+        /// The target.
+        name: String,
+        /// What is wrong.
+        source: FitError,
+    },
+}
+
+/// Fits one target from the numbers `start`; the rig is left at the result.
+///
+/// # Errors
+/// [`ExpressionError`] for input that cannot be fitted. A fit that stops early is no error here: its
+/// [`Outcome`] says so and the best pose is returned.
+pub fn fit_expression(
+    scene: &Scene,
+    rig: &mut Rig,
+    target: &Target,
+    seen: Seen,
+    map: &Parametrization,
+    params: &FitParams,
+    start: &[f64],
+    observer: &mut dyn FnMut(&FitIteration),
+) -> Result<ExpressionFit, ExpressionError> {
+    let begin = Instant::now();
+    let (points, places) = observed(scene, target, seen)?;
+    let fitter = Fitter {
+        observation: &points,
+        target: places.as_flattened(),
+        weights: &[],
+        parametrization: map,
+        params,
+    };
+    let rest: Vec<[f64; 3]> = points.0.iter().map(|p| p.position(scene.mesh.nodes())).collect();
+    let (report, outcome) = match fitter.fit(rig, start, observer) {
+        Ok(report) => {
+            let why = format!("{:?}", report.stop).to_lowercase();
+            (report, Outcome::Converged(why))
+        }
+        Err(FitError::NotConverged { source, best }) => {
+            (*best, Outcome::NotConverged(source.reason.to_string()))
+        }
+        Err(source) => return Err(ExpressionError::Fit { name: target.name.clone(), source }),
+    };
+    let FitReport { q, parameters, iterations, positions, .. } = report;
+    let last = iterations.last();
+    Ok(ExpressionFit {
+        name: target.name.clone(),
+        points: places.len(),
+        rms_before_mm: 1e3 * rms(&rest, &places),
+        rms_after_mm: last.map_or(f64::NAN, |i| i.rms_mm),
+        largest_mm: last.map_or(f64::NAN, |i| i.largest_mm),
+        iterations: last.map_or(0, |i| i.iteration),
+        seconds: begin.elapsed().as_secs_f64(),
+        outcome,
+        jaw_degrees: map.jaw_angle(&q).map(f64::to_degrees),
+        activations: parameters.activations,
+        history: iterations,
+        q,
+        positions,
+    })
+}
+
+fn observed(
+    scene: &Scene,
+    target: &Target,
+    seen: Seen,
+) -> Result<(CarriedPoints, Vec<[f64; 3]>), SceneError> {
+    let (mut points, mut places) = (Vec::new(), Vec::new());
+    if seen != Seen::Dense {
+        let indices: Vec<usize> = target.landmarks.iter().map(|l| l.0).collect();
+        points.extend(scene.carried_landmarks(&indices)?.0);
+        places.extend(target.landmarks.iter().map(|l| l.1));
+    }
+    if seen != Seen::Landmarks {
+        if let (Some(dense), Some(skin)) = (&target.dense, &scene.skin) {
+            points.extend(skin.points.iter().map(|p| CarriedPoint {
+                nodes: scene.mesh.tet(p.tet as usize),
+                weights: p.weights,
+            }));
+            places.extend(dense);
+        }
+    }
+    Ok((CarriedPoints(points), places))
+}
+
+/// Root-mean-square distance of paired points.
+pub(crate) fn rms(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+    (a.iter().zip(b).map(square).sum::<f64>() / a.len().max(1) as f64).sqrt()
+}
