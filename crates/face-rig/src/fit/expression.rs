@@ -1,8 +1,8 @@
 //! One expression of a scene, fitted: landmarks (and dense skin where asked) to activations and jaw.
 
 use super::{FitError, FitIteration, FitParams, FitReport, Fitter, Parametrization};
-use crate::rig::{CarriedPoint, CarriedPoints, Rig};
-use crate::scene::{Scene, SceneError, Target};
+use crate::rig::{CarriedPoints, Rig};
+use crate::scene::{Scene, Target};
 use std::time::Instant;
 
 /// Which points of a target are fitted.
@@ -71,27 +71,10 @@ impl ExpressionFit {
     }
 }
 
-/// An expression that could not be fitted at all.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ExpressionError {
-    /// The scene lacks something the target needs.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// Bad input, or no equilibrium at the start.
-    #[error("target {name}: {source}")]
-    Fit {
-        /// The target.
-        name: String,
-        /// What is wrong.
-        source: FitError,
-    },
-}
-
 /// Fits one target from the numbers `start`; the rig is left at the result.
 ///
 /// # Errors
-/// [`ExpressionError`] for input that cannot be fitted. A fit that stops early is no error here: its
+/// [`FitError`] for input that cannot be fitted. A fit that stops early is no error here: its
 /// [`Outcome`] says so and the best pose is returned.
 pub fn fit_expression(
     scene: &Scene,
@@ -102,9 +85,9 @@ pub fn fit_expression(
     params: &FitParams,
     start: &[f64],
     observer: &mut dyn FnMut(&FitIteration),
-) -> Result<ExpressionFit, ExpressionError> {
+) -> Result<ExpressionFit, FitError> {
     let begin = Instant::now();
-    let (points, places) = observed(scene, target, seen)?;
+    let (points, places) = observed(scene, target, seen);
     let fitter = Fitter {
         observation: &points,
         target: places.as_flattened(),
@@ -121,7 +104,7 @@ pub fn fit_expression(
         Err(FitError::NotConverged { source, best }) => {
             (*best, Outcome::NotConverged(source.reason.to_string()))
         }
-        Err(source) => return Err(ExpressionError::Fit { name: target.name.clone(), source }),
+        Err(error) => return Err(error),
     };
     let FitReport { q, parameters, iterations, positions, .. } = report;
     let last = iterations.last();
@@ -142,27 +125,19 @@ pub fn fit_expression(
     })
 }
 
-fn observed(
-    scene: &Scene,
-    target: &Target,
-    seen: Seen,
-) -> Result<(CarriedPoints, Vec<[f64; 3]>), SceneError> {
+fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[f64; 3]>) {
     let (mut points, mut places) = (Vec::new(), Vec::new());
     if seen != Seen::Dense {
-        let indices: Vec<usize> = target.landmarks.iter().map(|l| l.0).collect();
-        points.extend(scene.carried_landmarks(&indices)?.0);
+        points.extend(scene.carried_landmarks(target.landmarks.iter().map(|l| l.0)).0);
         places.extend(target.landmarks.iter().map(|l| l.1));
     }
     if seen != Seen::Landmarks {
         if let (Some(dense), Some(skin)) = (&target.dense, &scene.skin) {
-            points.extend(skin.points.iter().map(|p| CarriedPoint {
-                nodes: scene.mesh.tet(p.tet as usize),
-                weights: p.weights,
-            }));
+            points.extend(skin.points.iter().map(|p| scene.carried(p)));
             places.extend(dense);
         }
     }
-    Ok((CarriedPoints(points), places))
+    (CarriedPoints(points), places)
 }
 
 /// Root-mean-square distance of paired points.

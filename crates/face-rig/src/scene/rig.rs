@@ -1,8 +1,8 @@
 //! From a scene to a rig that can be posed.
 
 use super::material::{FibreCurve, FibreStretch, PassiveMaterial};
-use super::{Scene, SceneError};
-use crate::anatomy::Bone;
+use super::Scene;
+use crate::anatomy::{Bone, EmbeddedPoint};
 use crate::fit::JawModel;
 use crate::rig::{CarriedPoint, CarriedPoints, Rig, RigError, RigParams};
 use fem_assembly::{AssemblyBuilder, AssemblyError, Dofs, Fiber};
@@ -127,25 +127,15 @@ impl Scene {
         JawModel::Hinge { point: self.hinge.point(), axis: self.hinge.axis() }
     }
 
-    /// The landmarks with these indices as points carried by the mesh.
-    ///
-    /// # Errors
-    /// When the scene has no landmark of that index.
-    pub fn carried_landmarks(&self, indices: &[usize]) -> Result<CarriedPoints, SceneError> {
-        indices
-            .iter()
-            .map(|&index| {
-                let found = self.landmarks.iter().find(|l| l.index as usize == index);
-                let landmark = found.ok_or_else(|| SceneError::Invalid {
-                    path: self.path.clone(),
-                    place: "landmarks".into(),
-                    reason: format!("the scene has no landmark {index}"),
-                })?;
-                let (nodes, weights) =
-                    (self.mesh.tet(landmark.point.tet as usize), landmark.point.weights);
-                Ok(CarriedPoint { nodes, weights })
-            })
-            .collect::<Result<_, _>>()
-            .map(CarriedPoints)
+    /// The landmarks at these places of [`Scene::landmarks`] as points carried by the mesh; a place
+    /// past the end is left out.
+    pub fn carried_landmarks(&self, places: impl IntoIterator<Item = usize>) -> CarriedPoints {
+        let carried = |place: usize| self.landmarks.get(place).map(|l| self.carried(&l.point));
+        CarriedPoints(places.into_iter().filter_map(carried).collect())
+    }
+
+    /// A point inside a tet as one carried by the tet's nodes.
+    pub fn carried(&self, point: &EmbeddedPoint) -> CarriedPoint {
+        CarriedPoint { nodes: self.mesh.tet(point.tet as usize), weights: point.weights }
     }
 }
