@@ -209,7 +209,8 @@ impl<T: Real> FiberTerm<T> {
     fn pull<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> Pull<T> {
         let v = F.mul_vec(self.direction);
         // Large enough for f32; F a0 = 0 then gives u = 0 instead of 0/0.
-        let length = dot(v, v).max(T::from_f64(1e-36)).sqrt();
+        let (square, tiny) = (dot(v, v), T::from_f64(1e-36));
+        let length = T::select(square.lt(tiny), tiny, square).sqrt();
         let inverse_length = length.recip();
         let shrink = match law.stretch {
             Stretch::Plain => T::one(),

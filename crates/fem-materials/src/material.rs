@@ -1,6 +1,7 @@
 //! The one trait that every constitutive model implements.
 
 use crate::filter::DefinitenessFilter;
+use crate::isotropic;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// What a rotation of the rest shape does to a model's energy.
@@ -51,14 +52,21 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
         Tensor4::from_linear_map(|dF| self.stress_differential(F, dF))
     }
 
-    /// ∂P/∂F with its negative eigenvalues treated as `filter` says.
+    /// ∂P/∂F with its negative eigenvalues treated as `filter` says: block by block for an
+    /// isotropic model, else through the whole D²×D² matrix.
     #[inline(always)]
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
         filter: DefinitenessFilter,
     ) -> Tensor4<T, D> {
-        filter.apply(&self.stress_derivative(F))
+        match (filter, Self::SYMMETRY) {
+            (DefinitenessFilter::None, _) => self.stress_derivative(F),
+            (_, Symmetry::Isotropic) => {
+                isotropic::filtered(F, filter, |F_hat| self.stress_derivative(F_hat))
+            }
+            (_, Symmetry::Anisotropic) => filter.apply(&self.stress_derivative(F)),
+        }
     }
 
     /// ψ and P together.

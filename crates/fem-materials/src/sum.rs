@@ -1,6 +1,7 @@
 //! The sum of two models.
 
 use crate::filter::DefinitenessFilter;
+use crate::isotropic;
 use crate::material::{Material, Symmetry};
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -47,10 +48,10 @@ impl<const D: usize, M: Material<D>, N: Material<D>> Material<D> for Sum<M, N> {
         filter: DefinitenessFilter,
     ) -> Tensor4<T, D> {
         match <Self as Material<D>>::SYMMETRY {
-            Symmetry::Isotropic => filter.apply(&self.stress_derivative(F)),
-            Symmetry::Anisotropic => {
-                self.0.filtered_derivative(F, filter) + self.1.filtered_derivative(F, filter)
+            Symmetry::Isotropic if filter != DefinitenessFilter::None => {
+                isotropic::filtered(F, filter, |F_hat| self.stress_derivative(F_hat))
             }
+            _ => self.0.filtered_derivative(F, filter) + self.1.filtered_derivative(F, filter),
         }
     }
     #[inline(always)]

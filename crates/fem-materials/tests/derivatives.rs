@@ -3,7 +3,7 @@
 
 use fem_kinematics::{Dual, F64x8, Mat};
 use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
-use fem_materials::{DefinitenessFilter, Material};
+use fem_materials::{DefinitenessFilter, Material, Outlined};
 
 /// A small deterministic generator; the conformance suite draws fresh numbers each run.
 struct Numbers(u64);
@@ -32,7 +32,7 @@ struct Check;
 
 impl ModelVisitor for Check {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
-        let model = entry.build(&entry.defaults()).expect(entry.name);
+        let model = Outlined(entry.build(&entry.defaults()).expect(entry.name));
         let mut numbers = Numbers(0x9e37_79b9_7f4a_7c15);
         let rest = Mat::<f64, D>::identity();
         let scale = norm(&model.stress_derivative(&rest).apply(&rest)) + model.energy(&rest).abs();
@@ -119,7 +119,7 @@ struct Rotations;
 
 impl ModelVisitor for Rotations {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
-        let model = entry.build(&entry.defaults()).expect(entry.name);
+        let model = Outlined(entry.build(&entry.defaults()).expect(entry.name));
         let mut numbers = Numbers(77);
         let (s, c) = 0.7_f64.sin_cos();
         let mut R = Mat::<f64, D>::identity();

@@ -36,7 +36,7 @@ mod size;
 pub use random::{Random, fresh_seed, parse_seed};
 pub use report::{Finding, Property, Report};
 
-use crate::Material;
+use crate::{Material, Outlined};
 
 /// A promise that not every material makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +81,7 @@ pub fn check<const D: usize, M: Material<D>>(material: &M) -> Report {
 impl Suite<'_> {
     /// Tries the material at random deformations and returns the worst error of each property.
     pub fn check<const D: usize, M: Material<D>>(&self, material: &M) -> Report {
+        let material = &Outlined(*material);
         let mut random = Random::new(self.seed);
         let mut report = Report {
             material: short_type_name::<M>(),

@@ -41,8 +41,8 @@ impl TensionCurve for Blemker {
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
         let e = l - T::one();
         let zero = T::zero();
-        let stretched = zero.lt(e);
-        if !T::any(stretched) {
+        let slack = e.le(zero);
+        if !T::any(!slack) {
             return CurvePoint {
                 integral: zero,
                 value: zero,
@@ -50,7 +50,7 @@ impl TensionCurve for Blemker {
             };
         }
         let cutoff = T::from_f64(self.lambda_star - 1.0);
-        let inside = T::select(stretched, T::select(e.lt(cutoff), e, cutoff), zero);
+        let inside = T::select(slack, zero, T::select(cutoff.le(e), cutoff, e));
         let beyond = T::select(cutoff.lt(e), e - cutoff, zero);
         let [e1, e2, _] = exponential_remainders(T::from_f64(self.P2) * inside);
         let value = T::from_f64(self.P1) * e1;
@@ -59,7 +59,7 @@ impl TensionCurve for Blemker {
         CurvePoint {
             integral: integral + beyond * (value + T::from_f64(0.5) * slope * beyond),
             value: value + slope * beyond,
-            slope: T::select(stretched, slope, zero),
+            slope: T::select(slack, zero, slope),
         }
     }
 }

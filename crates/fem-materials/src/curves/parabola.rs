@@ -12,8 +12,9 @@ pub(super) fn parabola_with_tails<T: Real>(l: T, c: f64, k: f64) -> CurvePoint<T
     let odd = |x: T| T::select(negative, -x, x);
     let f64 = T::from_f64;
     let middle = a.lt(f64(0.4));
-    // 0 beyond the tails, so that one formula serves both.
-    let r = T::select(a.lt(f64(0.6)), f64(0.6) - a, T::zero());
+    // 0 beyond the tails, so that one formula serves both. (Comparisons send NaN to the branch
+    // that keeps it.)
+    let r = T::select(f64(0.6).le(a), T::zero(), f64(0.6) - a);
     let at_joint = 0.4 - c / 3.0 * 0.064 + k / 3.0 * 0.008;
     let square = a * a;
     CurvePoint {

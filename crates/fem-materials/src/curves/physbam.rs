@@ -42,7 +42,8 @@ impl TensionCurve for PhysBam {
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
         let e = l - T::one();
         let zero = T::zero();
-        if !T::any(zero.lt(e)) {
+        let slack = e.le(zero);
+        if !T::any(!slack) {
             return CurvePoint {
                 integral: zero,
                 value: zero,
@@ -50,7 +51,7 @@ impl TensionCurve for PhysBam {
             };
         }
         let cutoff = T::from_f64(self.lambda_star - 1.0);
-        let inside = T::select(zero.lt(e), T::select(e.lt(cutoff), e, cutoff), zero);
+        let inside = T::select(slack, zero, T::select(cutoff.le(e), cutoff, e));
         let beyond = T::select(cutoff.lt(e), e - cutoff, zero);
         let [e1, e2, e3] = exponential_remainders(T::from_f64(self.P2) * inside);
         let value = T::from_f64(self.P1) * e2;

@@ -1,0 +1,12 @@
+//! What to do with elements that are flat or turned inside out, where ln J and F⁻¹ do not exist.
+//!
+//! [`Thresholded`] is what document 000, 5.5 describes; its stress is not the gradient of its
+//! energy, so a line search on the energy cannot trust it. [`continued`] gives any isotropic
+//! model an energy, with its exact derivatives, that goes on smoothly below a threshold. A model
+//! that is finite everywhere (stable neo-Hookean, fixed corotated, QR) needs neither.
+
+mod continued;
+mod thresholded;
+
+pub use continued::{Continuation, Continued, Smoothness, continued};
+pub use thresholded::Thresholded;

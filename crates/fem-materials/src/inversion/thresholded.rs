@@ -1,0 +1,78 @@
+//! The threshold on the singular values of document 000, section 5.5.
+
+use crate::filter::DefinitenessFilter;
+use crate::material::{Evaluation, Material, Symmetry};
+use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
+
+/// ψ, P and dP/dF at U max(F̂, threshold) Vᵀ instead of at F = U F̂ Vᵀ.
+///
+/// **P is not the gradient of ψ** below the threshold: ψ is constant there while P stays as it
+/// is at the threshold and pushes back. Use it with a Newton loop on forces alone; for a line
+/// search on the energy take [`continued`](super::continued()). Works for fibres too, which are
+/// turned by V (document 000, 5.4).
+// ERRATUM: document 000 thresholds at 0, where J^(−2/3), F⁻¹ and ln J do not exist; PhysBAM uses
+// 0.25.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thresholded<M> {
+    /// The material.
+    pub inner: M,
+    /// Smallest singular value that it gets to see, > 0; PhysBAM's `failure_threshold` is 0.25.
+    pub threshold: f64,
+}
+
+impl<M> Thresholded<M> {
+    /// U max(F̂, threshold) Vᵀ.
+    #[inline(always)]
+    pub fn lifted<T: Real, const D: usize>(&self, F: &Mat<T, D>) -> Mat<T, D> {
+        let svd = signed_svd(F);
+        let least = T::from_f64(self.threshold);
+        let low = svd.sigma[D - 1].lt(least);
+        if !T::any(low) {
+            return *F;
+        }
+        let lifted = svd.compose(svd.sigma.map(|s| T::select(s.lt(least), least, s)));
+        // Elements above the threshold keep the bits of F.
+        Mat::from_fn(|i, j| T::select(low, lifted.0[i][j], F.0[i][j]))
+    }
+}
+
+impl<const D: usize, M: Material<D>> Material<D> for Thresholded<M> {
+    const SYMMETRY: Symmetry = M::SYMMETRY;
+
+    #[inline(always)]
+    fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
+        self.inner.energy(&self.lifted(F))
+    }
+    #[inline(always)]
+    fn stress<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
+        self.inner.stress(&self.lifted(F))
+    }
+    #[inline(always)]
+    fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
+        self.inner.stress_differential(&self.lifted(F), dF)
+    }
+    #[inline(always)]
+    fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {
+        self.inner.stress_derivative(&self.lifted(F))
+    }
+    #[inline(always)]
+    fn filtered_derivative<T: Real>(
+        &self,
+        F: &Mat<T, D>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<T, D> {
+        self.inner.filtered_derivative(&self.lifted(F), filter)
+    }
+    #[inline(always)]
+    fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
+        self.inner.energy_and_stress(&self.lifted(F))
+    }
+    #[inline(always)]
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+        self.inner.evaluate(&self.lifted(F), filter)
+    }
+    #[inline(always)]
+    fn stress_by_activation<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
+        self.inner.stress_by_activation(&self.lifted(F))
+    }
+}

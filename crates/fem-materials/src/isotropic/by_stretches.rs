@@ -1,0 +1,117 @@
+//! Energies of the principal stretches.
+
+use super::blocks::{DiagonalBlocks, PAIRS};
+use crate::filter::DefinitenessFilter;
+use crate::material::{Evaluation, Material, Symmetry};
+use fem_kinematics::{Mat, Real, Svd, Tensor4, signed_svd};
+
+/// ψ(σ), a symmetric function of the signed singular values σ₁ ≥ … ≥ |σ_D|.
+///
+/// With g = ∂ψ/∂σ, the two quotients are the eigenvalues of the blocks B: they are asked for
+/// because gᵢ − gⱼ over σᵢ − σⱼ is 0/0 at repeated stretches, while a model knows the limit and
+/// usually a form without any difference.
+pub trait StretchEnergy<const D: usize>: Copy + Send + Sync {
+    /// ψ, Pa.
+    fn energy<T: Real>(&self, sigma: &[T; D]) -> T;
+    /// g = ∂ψ/∂σ, Pa.
+    fn gradient<T: Real>(&self, sigma: &[T; D]) -> [T; D];
+    /// ∂²ψ/∂σ², Pa.
+    fn hessian<T: Real>(&self, sigma: &[T; D]) -> Mat<T, D>;
+    /// (gᵢ − gⱼ)/(σᵢ − σⱼ), with its limit at σᵢ = σⱼ: the stiffness against stretching the
+    /// diagonal between the axes i and j.
+    fn difference_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T;
+    /// (gᵢ + gⱼ)/(σᵢ + σⱼ): the stiffness against turning i towards j. Grows without bound where
+    /// σᵢ + σⱼ → 0 for an energy of the polar rotation; [`positive_sum`] keeps it finite.
+    fn sum_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T;
+}
+
+/// σᵢ + σⱼ, kept above 0. The order of the singular values makes it ≥ 0.
+#[inline(always)]
+pub fn positive_sum<T: Real, const D: usize>(sigma: &[T; D], i: usize, j: usize) -> T {
+    let (sum, tiny) = (sigma[i] + sigma[j], T::from_f64(1e-18));
+    T::select(sum.lt(tiny), tiny, sum)
+}
+
+/// The material of an energy given by principal stretches: one signed SVD for everything.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ByStretches<M>(pub M);
+
+/// The blocks of ∂P/∂F at diag(σ).
+#[inline(always)]
+fn blocks<T: Real, const D: usize, M: StretchEnergy<D>>(
+    model: &M,
+    sigma: &[T; D],
+) -> DiagonalBlocks<T, D> {
+    let half = T::from_f64(0.5);
+    let mut out = DiagonalBlocks {
+        A: model.hessian(sigma),
+        alpha: [T::zero(); 3],
+        beta: [T::zero(); 3],
+    };
+    for (n, &(i, j)) in PAIRS.iter().enumerate().take(D * (D - 1) / 2) {
+        let symmetric = model.difference_quotient(sigma, i, j);
+        let turning = model.sum_quotient(sigma, i, j);
+        out.alpha[n] = half * (symmetric + turning);
+        out.beta[n] = half * (symmetric - turning);
+    }
+    out
+}
+
+#[inline(always)]
+fn derivative<T: Real, const D: usize, M: StretchEnergy<D>>(
+    model: &M,
+    svd: &Svd<T, D>,
+    filter: DefinitenessFilter,
+) -> Tensor4<T, D> {
+    let blocks = blocks(model, &svd.sigma);
+    match filter {
+        DefinitenessFilter::None => blocks.rotated(svd),
+        _ => blocks.filtered(filter).rotated(svd),
+    }
+}
+
+impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
+    const SYMMETRY: Symmetry = Symmetry::Isotropic;
+
+    #[inline(always)]
+    fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
+        self.0.energy(&signed_svd(F).sigma)
+    }
+    #[inline(always)]
+    fn stress<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
+        let svd = signed_svd(F);
+        svd.compose(self.0.gradient(&svd.sigma))
+    }
+    #[inline(always)]
+    fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
+        let svd = signed_svd(F);
+        svd.to_world(&blocks(&self.0, &svd.sigma).apply(&svd.to_principal(dF)))
+    }
+    #[inline(always)]
+    fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {
+        derivative(&self.0, &signed_svd(F), DefinitenessFilter::None)
+    }
+    #[inline(always)]
+    fn filtered_derivative<T: Real>(
+        &self,
+        F: &Mat<T, D>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<T, D> {
+        derivative(&self.0, &signed_svd(F), filter)
+    }
+    #[inline(always)]
+    fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
+        let svd = signed_svd(F);
+        let stress = svd.compose(self.0.gradient(&svd.sigma));
+        (self.0.energy(&svd.sigma), stress)
+    }
+    #[inline(always)]
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+        let svd = signed_svd(F);
+        Evaluation {
+            energy: self.0.energy(&svd.sigma),
+            stress: svd.compose(self.0.gradient(&svd.sigma)),
+            derivative: derivative(&self.0, &svd, filter),
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The anisotropic energy of document 001, section 3, whole and damaged.
+
+use crate::filter::DefinitenessFilter;
+use crate::material::Material;
+use crate::qr::QrTerm;
+use crate::registry::{Entry, ModelVisitor, Parameter};
+use fem_kinematics::{Mat, Real, Tensor4};
+
+/// ψ = μ/2 (Σ rᵢⱼ² − D) − μ (J − 1) + λ/2 (J − 1)² + k_x/2 (r₁₁ − 1)²
+/// + k_y/2 (√(r₁₂² + r₂₂²) − 1)² with F = Q R, the last term in 3D only.
+///
+/// Fibres along the first two axes of the rest shape that resist both ways. Defined for every F;
+/// the stress is bounded but jumps where a fibre has length 0 (F e = 0).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QrAnisotropic {
+    /// μ, Pa.
+    pub mu: f64,
+    /// λ, Pa. At rest Lamé's λ is this minus μ.
+    // ERRATUM: document 001 reads as if both were Lamé's.
+    pub lambda: f64,
+    /// Stiffness along the first axis, Pa.
+    pub kx: f64,
+    /// Stiffness along the second axis, Pa; not used in 2D.
+    pub ky: f64,
+}
+
+/// [`QrAnisotropic`] with damage: ψ = g ψ⁺ + ψ⁻ + ψ_f, g = (1 − r)(1 − d)² + r (document 001,
+/// section 3.6).
+///
+/// The μ terms are always degraded, the λ term where J ≥ 1, the fibres never. ψ and P are
+/// continuous at J = 1; dP/dF jumps there by (1 − g) λ cof F ⊗ cof F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QrDamage {
+    /// The undamaged material.
+    pub whole: QrAnisotropic,
+    /// Damage d: 0 whole, 1 broken.
+    pub damage: f64,
+    /// Residual r of the stiffness at d = 1, 0 to 1.
+    pub residual: f64,
+}
+
+const PARAMETERS: [Parameter; 6] = [
+    Parameter::pascals("mu", "1e4", "μ of the model"),
+    Parameter::pascals("lambda", "4e4", "λ of the model: Lamé's plus μ"),
+    Parameter::pascals("kx", "5e4", "fibre stiffness along x"),
+    Parameter::pascals(
+        "ky",
+        "2e4",
+        "fibre stiffness along y; 3D only, 0 if not given",
+    ),
+    Parameter::plain("d", "0.4", "damage, 0 to 1"),
+    Parameter::plain(
+        "r",
+        "0.01",
+        "residual stiffness of a broken element, 0 to 1",
+    ),
+];
+const WHOLE: &[Parameter] = PARAMETERS.first_chunk::<4>().expect("six are there");
+
+fn whole_from(
+    p: &crate::registry::Parameters,
+) -> Result<QrAnisotropic, crate::registry::ParameterError> {
+    Ok(QrAnisotropic {
+        mu: p.non_negative("mu")?,
+        lambda: p.number("lambda")?,
+        kx: p.non_negative("kx")?,
+        ky: p.number_or("ky", 0.0)?,
+    })
+}
+
+pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+    let whole = Entry {
+        name: "qr_aniso",
+        about: "woven or fibrous matter with fibres along the axes of the rest shape",
+        parameters: WHOLE,
+        from_parameters: whole_from,
+    };
+    visitor.visit::<_, 2>(&whole);
+    visitor.visit::<_, 3>(&whole);
+    let damaged = Entry {
+        name: "qr_damage",
+        about: "the same, partly broken",
+        parameters: &PARAMETERS,
+        from_parameters: |p| {
+            let unit = |x: f64| (0.0..=1.0).contains(&x);
+            Ok(QrDamage {
+                whole: whole_from(p)?,
+                damage: p.number_where("d", "between 0 and 1", unit)?,
+                residual: p.number_where("r", "between 0 and 1", unit)?,
+            })
+        },
+    };
+    visitor.visit::<_, 2>(&damaged);
+    visitor.visit::<_, 3>(&damaged);
+}
+
+impl QrAnisotropic {
+    /// The coefficients in every lane.
+    #[inline(always)]
+    pub fn term<T: Real>(&self) -> QrTerm<T> {
+        QrTerm {
+            mu: T::from_f64(self.mu),
+            lambda: T::from_f64(self.lambda),
+            kx: T::from_f64(self.kx),
+            ky: T::from_f64(self.ky),
+        }
+    }
+}
+
+impl QrDamage {
+    /// g(d) = (1 − r)(1 − d)² + r.
+    pub fn degradation(&self) -> f64 {
+        degradation(self.damage, self.residual)
+    }
+    #[inline(always)]
+    fn term<T: Real, const D: usize>(&self, F: &Mat<T, D>) -> QrTerm<T> {
+        self.whole
+            .term::<T>()
+            .degraded(T::from_f64(self.degradation()), F)
+    }
+}
+
+/// g(d) = (1 − r)(1 − d)² + r: 1 for a whole element, r for a broken one.
+#[inline(always)]
+pub fn degradation<T: Real>(damage: T, residual: T) -> T {
+    let left = T::one() - damage;
+    (T::one() - residual) * left * left + residual
+}
+
+macro_rules! material_by_term {
+    ($model:ty, |$self:ident, $F:ident| $term:expr) => {
+        impl<const D: usize> Material<D> for $model {
+            #[inline(always)]
+            fn energy<T: Real>(&$self, $F: &Mat<T, D>) -> T {
+                $term.energy($F)
+            }
+            #[inline(always)]
+            fn stress<T: Real>(&$self, $F: &Mat<T, D>) -> Mat<T, D> {
+                $term.stress($F)
+            }
+            #[inline(always)]
+            fn stress_differential<T: Real>(&$self, $F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
+                $term.stress_differential($F, dF)
+            }
+            #[inline(always)]
+            fn stress_derivative<T: Real>(&$self, $F: &Mat<T, D>) -> Tensor4<T, D> {
+                $term.stress_derivative($F)
+            }
+            #[inline(always)]
+            fn filtered_derivative<T: Real>(
+                &$self,
+                $F: &Mat<T, D>,
+                filter: DefinitenessFilter,
+            ) -> Tensor4<T, D> {
+                $term.filtered_derivative($F, filter)
+            }
+        }
+    };
+}
+material_by_term!(QrAnisotropic, |self, F| self.term::<T>());
+material_by_term!(QrDamage, |self, F| self.term(F));

@@ -1,0 +1,8 @@
+//! Elasticity by the QR decomposition F = Q R (document 001, section 3): the anisotropic energy
+//! in closed form, and the framework for any Ψ̂(R).
+
+mod closed_form;
+mod general;
+
+pub use closed_form::QrTerm;
+pub use general::{GeneralQr, QrEnergy};
