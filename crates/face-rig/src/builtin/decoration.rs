@@ -147,9 +147,9 @@ pub(super) fn decorations() -> Vec<Decoration> {
             [12, 24],
             |s, t| {
                 let d = direction(s, t);
-                let centre = [side * 29.5, EYEBALL[1], 62.0];
+                let centre = [side * 29.0, EYEBALL[1], 63.0];
                 (
-                    [0, 1, 2].map(|k| centre[k] + [16.0, 13.0, 15.0][k] * d[k]),
+                    [0, 1, 2].map(|k| centre[k] + [17.0, 13.0, 15.0][k] * d[k]),
                     [0.0; 3],
                 )
             },
