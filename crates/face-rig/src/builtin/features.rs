@@ -174,9 +174,7 @@ impl Features {
         let wing =
             11.5 * (-(((x - 11.2) / 6.0).powi(2) + ((y + 4.6) / 6.6).powi(2)).powf(1.3)).exp();
         let tip = 2.0 * bell(x, 6.0) * bell(y + 0.5, 5.5);
-        // Rounds the fold between them, and nothing where neither is.
-        let round = 1.6 * (1.0 - (-0.5 * (ridge + wing)).exp());
-        smooth_max(ridge, wing, round) + tip
+        smooth_max(ridge, wing, 1.6) - 0.8 * (ridge + wing).clamp(0.0, 1.0) + tip
     }
 
     /// Relief at the frontal point `(x, y)` of the opened face, where the smooth head is at `z`.
