@@ -1,7 +1,9 @@
 //! Draws the built-in face: `cargo run --release -p face-rig --example draw_builtin -- [TETS] [DIR]`.
 
-use face_rig::builtin::{BuiltinFace, Ornament, flesh_color, tet_quality};
-use face_rig::pictures::{Camera, ColorMap, Layer, Occlusion, Paint, Panel, Segment, Sheet};
+use face_rig::builtin::{BuiltinFace, Portrait, tet_quality};
+use face_rig::pictures::{
+    Camera, ColorMap, Layer, Occlusion, Paint, Panel, ScalarBar, Segment, Sheet,
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -18,31 +20,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{:#?}", tet_quality(&face.nodes, &face.tets));
     let all = face.triangles(|_| true);
     let camera = Camera::framing(&face.nodes, 0.0, 0.0)?;
-    let flesh = Paint::Pattern {
-        coordinates: &face.material,
-        color: &flesh_color,
-    };
-    let decorations = face.decorations();
-    let eye = |c| Ornament::Eyeball.color(c);
-    let teeth = |c| Ornament::Teeth.color(c);
-    let cavity = |c| Ornament::MouthCavity.color(c);
-    let panel = |title: &str, yaw: f64, pitch: f64| {
-        let panel = Panel::new(title, camera.turned(yaw, pitch));
-        decorations.iter().fold(
-            panel.layer(Layer::new(&face.nodes, &all, flesh)),
-            |panel, d| {
-                let color = match d.ornament {
-                    Ornament::Eyeball => &eye as &(dyn Fn([f64; 3]) -> [f32; 3] + Sync),
-                    Ornament::Teeth => &teeth,
-                    Ornament::MouthCavity => &cavity,
-                };
-                let paint = Paint::Pattern {
-                    coordinates: &d.coordinates,
-                    color,
-                };
-                panel.layer(Layer::new(&d.points, &d.triangles, paint).with_gloss(0.5))
-            },
-        )
+    let portrait = Portrait::new(&face, &face.nodes, |p| p);
+    let panel =
+        |title: &str, yaw: f64, pitch: f64| portrait.panel(title, camera.turned(yaw, pitch));
+    let height: Vec<f64> = face.nodes.iter().map(|p| 1e3 * p[2]).collect();
+    let bar = ScalarBar {
+        label: "z (mm)".into(),
+        range: [0.0, 120.0],
+        map: ColorMap::Violet,
     };
     let marks = face.landmark_positions(&face.nodes);
     let wire = Panel::new("mesh", camera.turned(20.0, 0.0))
@@ -56,7 +41,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .row(vec![panel("profile", 88.0, 0.0), wire])
         .row(vec![
             panel("landmarks", 0.0, 0.0).dots(&marks, [0.1, 0.35, 0.75], 3.0),
-            panel("landmarks", 40.0, 5.0).dots(&marks, [0.1, 0.35, 0.75], 3.0),
+            portrait.scalar_panel(
+                "height above the ears",
+                camera.turned(20.0, 0.0),
+                &height,
+                bar,
+            ),
         ])
         .draw(620, 760)?
         .save(&folder.join("face.png"))?;

@@ -32,7 +32,7 @@ fn ramp(x: f64, low: f64, high: f64) -> f64 {
 /// the frontal coordinates of the smooth head.
 pub(super) fn inner(a: f64, b: f64) -> Inner {
     let a = a.abs();
-    let eye = ((a - 32.5) / 19.0).powi(2) + ((b - 34.0) / 14.5).powi(2);
+    let eye = ((a - 32.0) / 17.0).powi(2) + ((b - 34.0) / 14.5).powi(2);
     if eye < 1.0 {
         return Inner::Socket;
     }

@@ -13,6 +13,8 @@ pub enum Ornament {
     Teeth,
     /// The dark inside of the mouth.
     MouthCavity,
+    /// What shows between the lids beside the eyeball.
+    EyeSocket,
 }
 
 /// A surface that is only drawn; it moves rigidly with a bone.
@@ -62,6 +64,32 @@ impl Ornament {
                 mix(tooth, [0.70, 0.38, 0.37], (c[1] - gum_line) / 0.6).map(|x| x as f32)
             }
             Self::MouthCavity => [0.20, 0.06, 0.06],
+            Self::EyeSocket => [0.72, 0.44, 0.41],
+        }
+    }
+}
+
+fn eyeball(c: [f64; 3]) -> [f32; 3] {
+    Ornament::Eyeball.color(c)
+}
+fn teeth(c: [f64; 3]) -> [f32; 3] {
+    Ornament::Teeth.color(c)
+}
+fn mouth_cavity(c: [f64; 3]) -> [f32; 3] {
+    Ornament::MouthCavity.color(c)
+}
+fn eye_socket(c: [f64; 3]) -> [f32; 3] {
+    Ornament::EyeSocket.color(c)
+}
+
+impl Ornament {
+    /// The colours as a pattern that outlives the surface.
+    pub(super) fn pattern(self) -> &'static (dyn Fn([f64; 3]) -> [f32; 3] + Sync) {
+        match self {
+            Self::Eyeball => &eyeball,
+            Self::Teeth => &teeth,
+            Self::MouthCavity => &mouth_cavity,
+            Self::EyeSocket => &eye_socket,
         }
     }
 }
@@ -102,18 +130,32 @@ fn sheet(
 /// The surfaces that make pictures of the face complete.
 pub(super) fn decorations() -> Vec<Decoration> {
     let mut all = Vec::new();
+    let direction = |s: f64, t: f64| {
+        // Poles up and down; the front of the ball is in the middle of the columns.
+        let latitude = (s - 0.5) * std::f64::consts::PI;
+        let longitude = (t - 0.5) * std::f64::consts::TAU;
+        [
+            latitude.cos() * longitude.sin(),
+            latitude.sin(),
+            latitude.cos() * longitude.cos(),
+        ]
+    };
     for side in [1.0, -1.0] {
+        all.push(sheet(
+            Ornament::EyeSocket,
+            Bone::Cranium,
+            [12, 24],
+            |s, t| {
+                let d = direction(s, t);
+                let centre = [side * 29.0, EYEBALL[1], 63.0];
+                (
+                    [0, 1, 2].map(|k| centre[k] + [17.0, 13.0, 15.0][k] * d[k]),
+                    [0.0; 3],
+                )
+            },
+        ));
         all.push(sheet(Ornament::Eyeball, Bone::Cranium, [24, 48], |s, t| {
-            // Poles up and down; the front of the ball is in the middle of the columns.
-            let (latitude, longitude) = (
-                (s - 0.5) * std::f64::consts::PI,
-                (t - 0.5) * std::f64::consts::TAU,
-            );
-            let d = [
-                latitude.cos() * longitude.sin(),
-                latitude.sin(),
-                latitude.cos() * longitude.cos(),
-            ];
+            let d = direction(s, t);
             let r = EYEBALL_RADIUS - 0.1;
             (
                 [

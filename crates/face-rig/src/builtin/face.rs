@@ -59,6 +59,22 @@ pub struct Hinge {
     pub axis: [f64; 3],
 }
 
+impl Hinge {
+    /// Where a point of the jaw is after opening by `angle` radians.
+    pub fn turn(&self, point: [f64; 3], angle: f64) -> [f64; 3] {
+        let (sine, cosine) = angle.sin_cos();
+        let (k, h) = (self.axis, self.point);
+        let d = [point[0] - h[0], point[1] - h[1], point[2] - h[2]];
+        let along = (k[0] * d[0] + k[1] * d[1] + k[2] * d[2]) * (1.0 - cosine);
+        let cross = [
+            k[1] * d[2] - k[2] * d[1],
+            k[2] * d[0] - k[0] * d[2],
+            k[0] * d[1] - k[1] * d[0],
+        ];
+        [0, 1, 2].map(|i| h[i] + cosine * d[i] + sine * cross[i] + along * k[i])
+    }
+}
+
 /// A parametric head from ear to ear: flesh between skull and skin, with lips and lids that open.
 ///
 /// Positions are in metres, `+x` to the subject's left, `+y` up, `+z` forward. The mesh is its own

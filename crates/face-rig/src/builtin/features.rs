@@ -173,7 +173,7 @@ impl Features {
         let ridge = height * (-((x / width).powi(2)).powf(1.08)).exp();
         let wing =
             11.5 * (-(((x - 11.2) / 6.0).powi(2) + ((y + 4.6) / 6.6).powi(2)).powf(1.3)).exp();
-        let tip = 1.6 * bell(x, 6.0) * bell(y - 0.5, 5.5);
+        let tip = 2.0 * bell(x, 6.0) * bell(y + 0.5, 5.5);
         smooth_max(ridge, wing, 1.6) - 0.8 * (ridge + wing).clamp(0.0, 1.0) + tip
     }
 
@@ -222,7 +222,7 @@ impl Features {
         let fold = fold_mask * (-1.5 * bell(x - fold_x, 2.6) + 1.2 * bell(x - fold_x - 8.0, 6.0));
 
         // Brow, socket, lids.
-        let brow_line = 52.0 + 3.5 * bell(x - 38.0, 14.0) - 3.0 * step(x, 44.0, 60.0);
+        let brow_line = 53.0 + 3.0 * bell(x - 38.0, 14.0) - 3.0 * step(x, 44.0, 60.0);
         let brow =
             3.6 * bell(y - brow_line, 6.0) * step(x, -6.0, 12.0) * (1.0 - step(x, 46.0, 62.0));
         let glabella =

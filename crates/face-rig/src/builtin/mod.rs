@@ -15,6 +15,7 @@ mod grid;
 mod landmarks;
 mod muscles;
 mod paint;
+mod portrait;
 mod quality;
 mod spline;
 #[cfg(test)]
@@ -27,4 +28,5 @@ pub use form::Side;
 pub use grid::Embedding;
 pub use muscles::FibreEntry;
 pub use paint::flesh_color;
+pub use portrait::Portrait;
 pub use quality::{TetQuality, tet_quality};

@@ -17,7 +17,7 @@ fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
 
 /// Height of the middle of the brow at the frontal `x >= 0`, millimetres.
 pub(super) fn brow_line(x: f64) -> f64 {
-    52.6 + 4.2 * bell(x - 41.0, 13.0) - 6.5 * ((x - 45.0).max(0.0) / 16.0).powi(2)
+    54.4 + 2.7 * bell(x - 41.0, 13.0) - 6.5 * ((x - 45.0).max(0.0) / 16.0).powi(2)
 }
 
 /// sRGB colour of the flesh at the material coordinate `(a, b, w)`: skin with lips, brows, a little
@@ -40,8 +40,8 @@ pub fn flesh_color(material: [f64; 3]) -> [f32; 3] {
     c = mix(c, [0.71, 0.37, 0.35], 0.8 * lip);
     // Brows: hair that thins out at both ends.
     let arch = brow_line(x);
-    let half = 3.2 - 2.0 * ((x - 14.0) / 42.0).clamp(0.0, 1.0);
-    let hair = edge(half - (b - arch).abs(), 2.2) * edge(x - 12.5, 3.0) * edge(57.0 - x, 3.0);
+    let half = 2.9 - 1.7 * ((x - 14.0) / 42.0).clamp(0.0, 1.0);
+    let hair = edge(half - (b - arch).abs(), 2.2) * edge(x - 14.0, 4.5) * edge(57.0 - x, 3.0);
     c = mix(c, [0.27, 0.185, 0.145], 0.74 * hair);
     // Nostrils, and the line of the lashes.
     c = mix(

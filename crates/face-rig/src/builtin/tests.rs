@@ -171,10 +171,8 @@ fn bones_hold_what_they_should() {
         assert_eq!(torn.count(), 0, "{size}");
         // Opening moves the chin down and back.
         let chin = face.landmark_positions(&face.nodes)[8];
-        let (s, c) = 0.1f64.sin_cos();
-        let d = [chin[1] - face.hinge.point[1], chin[2] - face.hinge.point[2]];
-        let turned = [c * d[0] - s * d[1], s * d[0] + c * d[1]];
-        assert!(turned[0] < d[0] && turned[1] < d[1]);
+        let open = face.hinge.turn(chin, 0.1);
+        assert!(open[1] < chin[1] - 5e-3 && open[2] < chin[2] - 5e-3 && open[0] == chin[0]);
     }
 }
 
@@ -359,4 +357,47 @@ fn decorations_stay_behind_the_skin() {
         );
         assert!(d.points.iter().all(|p| p[2] < front && p[0].abs() < 0.05));
     }
+}
+
+#[test]
+fn the_portrait_shows_a_face() {
+    use crate::pictures::{Camera, Sheet};
+    let face = BuiltinFace::with_tets(5_000).unwrap();
+    let camera = Camera::framing(&face.nodes, 0.0, 0.0).unwrap();
+    let draw = || {
+        let portrait = Portrait::new(&face, &face.nodes, |p| p);
+        Sheet::new("")
+            .row(vec![portrait.panel("rest", camera)])
+            .draw(150, 190)
+            .unwrap()
+    };
+    let canvas = draw();
+    assert_eq!(canvas, draw());
+    let skin = canvas
+        .pixels()
+        .iter()
+        .filter(|p| p[0] > p[2].saturating_add(25))
+        .count();
+    assert!(skin > canvas.pixels().len() / 4, "{skin} pixels of skin");
+    // Mirror symmetry of the eyes: dark pupils left and right of the middle, in the upper half.
+    let dark = |columns: std::ops::Range<usize>| {
+        let rows = canvas.height() / 4..canvas.height() / 2;
+        rows.flat_map(|y| columns.clone().map(move |x| (x, y)))
+            .filter(|&(x, y)| {
+                canvas.pixels()[y * canvas.width() + x]
+                    .iter()
+                    .all(|&c| c < 70)
+            })
+            .count()
+    };
+    let middle = canvas.width() / 2;
+    assert!(dark(0..middle) >= 3 && dark(middle..canvas.width()) >= 3);
+    // Positions of another mesh are refused, not drawn.
+    let portrait = Portrait::new(&face, &face.nodes[1..], |p| p);
+    assert!(
+        Sheet::new("")
+            .row(vec![portrait.panel("", camera)])
+            .draw(60, 60)
+            .is_err()
+    );
 }

@@ -2,13 +2,6 @@
 
 use super::{PictureError, font};
 
-/// Where a text sits relative to its point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Align {
-    Left,
-    Right,
-}
-
 /// An sRGB picture, 8 bits a channel, row by row from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Canvas {
@@ -149,25 +142,14 @@ impl Canvas {
         font::strokes(text).1 * size
     }
 
-    /// A text with its baseline at `at`; capitals are `size` pixels high.
-    pub(super) fn text(
-        &mut self,
-        text: &str,
-        at: [f64; 2],
-        size: f64,
-        color: [f32; 3],
-        align: Align,
-    ) {
-        let (lines, width) = font::strokes(text);
-        let shift = match align {
-            Align::Left => 0.0,
-            Align::Right => width * size,
-        };
+    /// A text whose baseline starts at `at`; capitals are `size` pixels high.
+    pub(super) fn text(&mut self, text: &str, at: [f64; 2], size: f64, color: [f32; 3]) {
+        let (lines, _) = font::strokes(text);
         let pen = (0.13 * size).max(1.15);
         for line in lines {
             let points: Vec<[f64; 2]> = line
                 .iter()
-                .map(|p| [at[0] - shift + p[0] * size, at[1] - p[1] * size])
+                .map(|p| [at[0] + p[0] * size, at[1] - p[1] * size])
                 .collect();
             self.polyline(
                 &points,
@@ -202,7 +184,7 @@ mod tests {
     #[test]
     fn png_reads_back_the_same_pixels() {
         let mut canvas = Canvas::new(80, 30, [1.0, 1.0, 1.0]).unwrap();
-        canvas.text("Ag 12", [4.0, 20.0], 12.0, [0.0; 3], Align::Left);
+        canvas.text("Ag 12", [4.0, 20.0], 12.0, [0.0; 3]);
         let bytes = canvas.to_png().unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes))
             .read_info()

@@ -68,6 +68,17 @@ pub(super) fn shade(
         .into_par_iter()
         .map(|i| {
             let (x, y) = (i % width, i / width);
+            let middle = centre(i);
+            if plain(&hits, w, x, y, layers, 4.0 * pixel) {
+                let layer = &layers[middle.layer as usize];
+                let c = light(
+                    albedo(layer, middle),
+                    view_normal(middle),
+                    ambient[i],
+                    layer.gloss,
+                );
+                return c.map(to_srgb);
+            }
             let mut sum = [0.0; 3];
             for sy in 0..SAMPLES {
                 for sx in 0..SAMPLES {
@@ -95,6 +106,25 @@ pub(super) fn shade(
         canvas.put(i % width, i / width, c);
     }
     Ok(Shaded { canvas, depth })
+}
+
+/// Whether all samples of a pixel see one smooth piece of surface, so that one of them will do.
+fn plain(hits: &[Hit], width: usize, x: usize, y: usize, layers: &[Layer<'_>], step: f32) -> bool {
+    let first = &hits[y * SAMPLES * width + x * SAMPLES];
+    if first.layer == NOTHING || layers[first.layer as usize].edges == Edges::Shown {
+        return false;
+    }
+    let mut range = [first.depth; 2];
+    for row in 0..SAMPLES {
+        let at = (y * SAMPLES + row) * width + x * SAMPLES;
+        for hit in &hits[at..at + SAMPLES] {
+            if hit.layer != first.layer {
+                return false;
+            }
+            range = [range[0].min(hit.depth), range[1].max(hit.depth)];
+        }
+    }
+    range[1] - range[0] < step
 }
 
 fn background(x: f32, y: f32) -> [f32; 3] {

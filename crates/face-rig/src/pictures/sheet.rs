@@ -1,7 +1,7 @@
 //! Panels side by side with titles and colour bars.
 
 use super::camera::Seen;
-use super::canvas::{Align, Canvas};
+use super::canvas::Canvas;
 use super::colormap::{tick_text, ticks};
 use super::panel::{Marker, Occlusion, Panel, Symbol};
 use super::shading::{Shaded, shade};
@@ -93,13 +93,7 @@ impl<'a> Sheet<'a> {
 
 fn fit_text(canvas: &mut Canvas, text: &str, at: [f64; 2], size: f64, room: usize) {
     let width = Canvas::text_width(text, size).max(1.0);
-    canvas.text(
-        text,
-        at,
-        size * (room as f64 / width).min(1.0),
-        INK,
-        Align::Left,
-    );
+    canvas.text(text, at, size * (room as f64 / width).min(1.0), INK);
 }
 
 fn draw_panel(
@@ -108,6 +102,14 @@ fn draw_panel(
     height: usize,
     size: f64,
 ) -> Result<Canvas, PictureError> {
+    // The colour bar has a strip of its own beside the picture.
+    let strip = if panel.bar.is_some() {
+        (6.8 * size) as usize
+    } else {
+        0
+    };
+    let full = width;
+    let width = width.saturating_sub(strip).max(16);
     let Shaded { mut canvas, depth } = shade(&panel.layers, &panel.camera, width, height)?;
     let project = panel.camera.projection(width, height);
     let slack = 0.02 * panel.camera.half_height;
@@ -136,7 +138,10 @@ fn draw_panel(
         draw_marker(&mut canvas, marker, [s.x, s.y], strength(s));
     }
     if let Some(bar) = &panel.bar {
-        draw_bar(&mut canvas, bar, size);
+        let mut wide = Canvas::new(full, height, PAPER)?;
+        wide.paste(0, 0, &canvas);
+        draw_bar(&mut wide, bar, size, strip);
+        return Ok(wide);
     }
     Ok(canvas)
 }
@@ -166,12 +171,12 @@ fn draw_marker(canvas: &mut Canvas, marker: &Marker, at: [f64; 2], alpha: f64) {
     }
 }
 
-fn draw_bar(canvas: &mut Canvas, bar: &ScalarBar, size: f64) {
+fn draw_bar(canvas: &mut Canvas, bar: &ScalarBar, size: f64, strip: usize) {
     let (w, h) = (canvas.width() as f64, canvas.height() as f64);
     let small = (0.8 * size).max(7.0);
-    let (top, bottom) = (0.30 * h, 0.94 * h);
-    let right = w - 4.6 * small;
-    let left = right - 1.3 * small;
+    let (top, bottom) = (0.12 * h, 0.94 * h);
+    let left = w - strip as f64 + 0.8 * small;
+    let right = left + 1.3 * small;
     let span = bar.range[1] - bar.range[0];
     let steps = (bottom - top).max(1.0) as usize;
     canvas.rectangle([left - 1.0, top - 1.0], [right + 1.0, bottom + 1.0], INK);
@@ -188,14 +193,14 @@ fn draw_bar(canvas: &mut Canvas, bar: &ScalarBar, size: f64) {
         };
         canvas.polyline(&[[right + 1.0, y], [right + 4.0, y]], 1.0, INK, 1.0);
         let at = [right + 0.7 * small, y + 0.5 * small];
-        canvas.text(&tick_text(value, span), at, small, INK, Align::Left);
+        canvas.text(&tick_text(value, span), at, small, INK);
     }
+    let room = (strip as f64 - small) / Canvas::text_width(&bar.label, small).max(1.0);
     canvas.text(
         &bar.label,
-        [w - 0.6 * small, top - 1.2 * small],
-        small,
+        [left, top - 1.2 * small],
+        small * room.min(1.0),
         INK,
-        Align::Right,
     );
 }
 

@@ -63,7 +63,7 @@ pub struct LinePlot {
 const COLORS: [&str; 7] = [
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222",
 ];
-const DASHES: [&str; 3] = ["", "7 4", "2 3"];
+const DASHES: [&str; 3] = ["none", "7 4", "2 3"];
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 460.0;
 const LEFT: f64 = 84.0;

@@ -47,6 +47,7 @@
 //! Tables are CSV with a header: fibres `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
+mod assembly;
 mod builtin;
 mod check;
 mod error;

@@ -211,46 +211,56 @@ impl<const D: usize, M: Material<D>> StretchEnergy<D> for Continued<M> {
 
     #[inline(always)]
     fn hessian<T: Real>(&self, sigma: &[T; D]) -> Mat<T, D> {
-        let places = sigma.map(|s| self.continuation.place(s));
-        let F = Mat::from_diagonal(places.map(|p| p.s));
-        let P = self.inner.stress(&F);
-        let A = DiagonalBlocks::from_tensor(&self.inner.stress_derivative(&F)).A;
-        Mat::from_fn(|i, j| {
-            let mixed = places[i].s1 * A.0[i][j] * places[j].s1;
-            if i == j {
-                let second = self.continuation.second(&places[i]);
-                mixed + P.0[i][i] * second + self.continuation.penalty(&places[i])[2]
-            } else {
-                mixed
-            }
-        })
+        self.blocks(sigma).A
+    }
+    #[inline(always)]
+    fn difference_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T {
+        let (blocks, n) = (self.blocks(sigma), pair(i, j));
+        blocks.alpha[n] + blocks.beta[n]
+    }
+    #[inline(always)]
+    fn sum_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T {
+        let (blocks, n) = (self.blocks(sigma), pair(i, j));
+        blocks.alpha[n] - blocks.beta[n]
     }
 
     #[inline(always)]
-    fn difference_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T {
+    fn blocks<T: Real>(&self, sigma: &[T; D]) -> DiagonalBlocks<T, D> {
         let c = &self.continuation;
+        let (one, half) = (T::one(), T::from_f64(0.5));
         let places = sigma.map(|s| c.place(s));
         let F = Mat::from_diagonal(places.map(|p| p.s));
         let P = self.inner.stress(&F);
-        let blocks = DiagonalBlocks::from_tensor(&self.inner.stress_derivative(&F));
-        let n = PAIRS.iter().position(|&p| p == (i, j)).unwrap_or(0);
-        let (p, q) = (&places[i], &places[j]);
-        let (one, half) = (T::one(), T::from_f64(0.5));
-        let above = share_above(p, q, sigma[i] - sigma[j]);
-        // τ = −(σ − max(σ, a))/a
-        let tau_share = above - one;
-        let (h_quotient, s1_quotient) = c.quotients(p, q);
-        let s_share = above + h_quotient * tau_share;
-        let s1_share = s1_quotient * tau_share * T::from_f64(1.0 / c.threshold);
-        // gᵢ s′ᵢ − gⱼ s′ⱼ = (gᵢ − gⱼ)(s′ᵢ + s′ⱼ)/2 + (gᵢ + gⱼ)(s′ᵢ − s′ⱼ)/2
-        (blocks.alpha[n] + blocks.beta[n]) * s_share * half * (p.s1 + q.s1)
-            + half * (P.0[i][i] + P.0[j][j]) * s1_share
-            - c.penalty_quotient(p, q) * tau_share
+        let mut out = DiagonalBlocks::from_tensor(&self.inner.stress_derivative(&F));
+        for i in 0..D {
+            for j in 0..D {
+                out.A.0[i][j] *= places[i].s1 * places[j].s1;
+            }
+            out.A.0[i][i] += P.0[i][i] * c.second(&places[i]) + c.penalty(&places[i])[2];
+        }
+        for (n, &(i, j)) in PAIRS.iter().enumerate().take(D * (D - 1) / 2) {
+            let (p, q) = (&places[i], &places[j]);
+            let above = share_above(p, q, sigma[i] - sigma[j]);
+            // τ = −(σ − max(σ, a))/a
+            let tau_share = above - one;
+            let (h_quotient, s1_quotient) = c.quotients(p, q);
+            let s_share = above + h_quotient * tau_share;
+            let s1_share = s1_quotient * tau_share * T::from_f64(1.0 / c.threshold);
+            // gᵢ s′ᵢ − gⱼ s′ⱼ = (gᵢ − gⱼ)(s′ᵢ + s′ⱼ)/2 + (gᵢ + gⱼ)(s′ᵢ − s′ⱼ)/2
+            let symmetric = (out.alpha[n] + out.beta[n]) * s_share * half * (p.s1 + q.s1)
+                + half * (P.0[i][i] + P.0[j][j]) * s1_share
+                - c.penalty_quotient(p, q) * tau_share;
+            let g = |k: usize| P.0[k][k] * places[k].s1 - c.penalty(&places[k])[1];
+            let turning = (g(i) + g(j)) / positive_sum(sigma, i, j);
+            out.alpha[n] = half * (symmetric + turning);
+            out.beta[n] = half * (symmetric - turning);
+        }
+        out
     }
+}
 
-    #[inline(always)]
-    fn sum_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T {
-        let g = self.gradient(sigma);
-        (g[i] + g[j]) / positive_sum(sigma, i, j)
-    }
+/// The place of a pair in [`PAIRS`].
+#[inline(always)]
+fn pair(i: usize, j: usize) -> usize {
+    i + j - 1
 }

@@ -23,6 +23,24 @@ pub trait StretchEnergy<const D: usize>: Copy + Send + Sync {
     /// (gᵢ + gⱼ)/(σᵢ + σⱼ): the stiffness against turning i towards j. Grows without bound where
     /// σᵢ + σⱼ → 0 for an energy of the polar rotation; [`positive_sum`] keeps it finite.
     fn sum_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T;
+
+    /// ∂P/∂F at diag(σ), from the three methods above.
+    #[inline(always)]
+    fn blocks<T: Real>(&self, sigma: &[T; D]) -> DiagonalBlocks<T, D> {
+        let half = T::from_f64(0.5);
+        let mut out = DiagonalBlocks {
+            A: self.hessian(sigma),
+            alpha: [T::zero(); 3],
+            beta: [T::zero(); 3],
+        };
+        for (n, &(i, j)) in PAIRS.iter().enumerate().take(D * (D - 1) / 2) {
+            let symmetric = self.difference_quotient(sigma, i, j);
+            let turning = self.sum_quotient(sigma, i, j);
+            out.alpha[n] = half * (symmetric + turning);
+            out.beta[n] = half * (symmetric - turning);
+        }
+        out
+    }
 }
 
 /// σᵢ + σⱼ, kept above 0. The order of the singular values makes it ≥ 0.
@@ -36,34 +54,13 @@ pub fn positive_sum<T: Real, const D: usize>(sigma: &[T; D], i: usize, j: usize)
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ByStretches<M>(pub M);
 
-/// The blocks of ∂P/∂F at diag(σ).
-#[inline(always)]
-fn blocks<T: Real, const D: usize, M: StretchEnergy<D>>(
-    model: &M,
-    sigma: &[T; D],
-) -> DiagonalBlocks<T, D> {
-    let half = T::from_f64(0.5);
-    let mut out = DiagonalBlocks {
-        A: model.hessian(sigma),
-        alpha: [T::zero(); 3],
-        beta: [T::zero(); 3],
-    };
-    for (n, &(i, j)) in PAIRS.iter().enumerate().take(D * (D - 1) / 2) {
-        let symmetric = model.difference_quotient(sigma, i, j);
-        let turning = model.sum_quotient(sigma, i, j);
-        out.alpha[n] = half * (symmetric + turning);
-        out.beta[n] = half * (symmetric - turning);
-    }
-    out
-}
-
 #[inline(always)]
 fn derivative<T: Real, const D: usize, M: StretchEnergy<D>>(
     model: &M,
     svd: &Svd<T, D>,
     filter: DefinitenessFilter,
 ) -> Tensor4<T, D> {
-    let blocks = blocks(model, &svd.sigma);
+    let blocks = model.blocks(&svd.sigma);
     match filter {
         DefinitenessFilter::None => blocks.rotated(svd),
         _ => blocks.filtered(filter).rotated(svd),
@@ -85,7 +82,8 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
     #[inline(always)]
     fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
         let svd = signed_svd(F);
-        svd.to_world(&blocks(&self.0, &svd.sigma).apply(&svd.to_principal(dF)))
+        let dP_hat = self.0.blocks(&svd.sigma).apply(&svd.to_principal(dF));
+        svd.to_world(&dP_hat)
     }
     #[inline(always)]
     fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {

@@ -1,0 +1,243 @@
+//! Tension curves: slopes, integrals, smoothness, and a user's table.
+
+use fem_kinematics::{Dual, F64x8, Mat};
+use fem_materials::curves::{
+    Blemker, CurveError, CurvePoint, Ends, PhysBam, Spline, SplineCurve, TensionCurve,
+};
+use fem_materials::{FiberLaw, FiberTerm, Stretch};
+
+fn table() -> SplineCurve {
+    SplineCurve {
+        active: Spline::new(
+            &[0.4, 0.6, 0.85, 1.0, 1.2, 1.45, 1.6],
+            &[0.0, 0.3, 0.9, 1.0, 0.85, 0.3, 0.0],
+            Ends::Flat,
+        )
+        .unwrap(),
+        passive: Spline::new(&[0.9, 1.1, 1.3, 1.6], &[0.0, 0.0, 0.2, 1.1], Ends::Linear).unwrap(),
+    }
+}
+
+fn stretches() -> impl Iterator<Item = f64> {
+    (0..400).map(|i| 0.003 + 0.005 * f64::from(i))
+}
+
+/// Value and slope are the derivatives of integral and value, by dual numbers.
+fn consistent(curve: &impl TensionCurve) {
+    for l in stretches() {
+        let x = Dual::variable(l);
+        for point in [curve.active(x), curve.passive(x)] {
+            let CurvePoint {
+                integral,
+                value,
+                slope,
+            } = point;
+            let scale = 1.0 + value.value.abs();
+            assert!(
+                (integral.derivative - value.value).abs() < 1e-13 * scale,
+                "{l}: {point:?}"
+            );
+            assert!(
+                (value.derivative - slope.value).abs() < 1e-12 * scale * 10.0,
+                "{l}"
+            );
+        }
+    }
+    assert_eq!(curve.active(1.0_f64).integral, 0.0);
+    assert_eq!(curve.passive(1.0_f64).integral, 0.0);
+}
+
+#[test]
+fn slopes_and_integrals_belong_together() {
+    consistent(&PhysBam::default());
+    consistent(&Blemker::default());
+    consistent(&table());
+    // the dispatch at run time changes nothing
+    consistent(&fem_materials::curves::BuiltinCurve::default());
+}
+
+/// The largest jump of the slope between neighbours a hair apart.
+fn slope_jump(curve: impl Fn(f64) -> CurvePoint<f64>) -> f64 {
+    [0.4, 0.6, 1.0, 1.4, 1.6]
+        .map(|l| (curve(l + 1e-12).slope - curve(l - 1e-12).slope).abs())
+        .into_iter()
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn physbam_is_c1_and_blemker_is_not() {
+    let (physbam, blemker) = (PhysBam::default(), Blemker::default());
+    assert!(slope_jump(|l| physbam.active(l)) < 1e-9);
+    assert!(slope_jump(|l| physbam.passive(l)) < 1e-9);
+    assert!((slope_jump(|l| blemker.active(l)) - 0.4).abs() < 1e-9);
+    assert!((slope_jump(|l| blemker.passive(l)) - 0.33).abs() < 1e-9);
+}
+
+#[test]
+fn a_table_is_hit_and_not_overshot() {
+    let curve = table();
+    for (l, value) in [
+        (0.4_f64, 0.0_f64),
+        (0.85, 0.9),
+        (1.0, 1.0),
+        (1.45, 0.3),
+        (1.6, 0.0),
+    ] {
+        assert!((curve.active(l).value - value).abs() < 1e-15, "{l}");
+    }
+    for l in stretches() {
+        let f = curve.active(l).value;
+        assert!((-1e-15..=1.0 + 1e-15).contains(&f), "{l}: {f}");
+        assert!(curve.passive(l).slope >= -1e-15);
+        if (0.9..1.1).contains(&l) {
+            assert_eq!(curve.passive(l).value, 0.0);
+        }
+    }
+    assert_eq!(curve.active(0.1).value, 0.0);
+    assert!(curve.passive(2.0).value > 1.1, "goes on straight");
+    let lanes = curve.active(F64x8::from_value(1.33));
+    assert_eq!(lanes.value.0[3], curve.active(1.33).value);
+}
+
+trait FromValue {
+    fn from_value(value: f64) -> Self;
+}
+impl FromValue for F64x8 {
+    fn from_value(value: f64) -> Self {
+        <Self as fem_kinematics::Real>::from_f64(value)
+    }
+}
+
+#[test]
+fn integrals_keep_their_digits_next_to_1() {
+    let p = PhysBam::default();
+    let e = 1e-6_f64;
+    let exact = p.P1 * p.P2 * p.P2 * e * e * e / 6.0;
+    assert!((p.passive(1.0 + e).integral / exact - 1.0).abs() < 1e-5);
+    assert!((table().active(1.0_f64 - 1e-9).integral / -1e-9 - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn bad_tables_are_refused() {
+    let refused = |x: &[f64], y: &[f64]| Spline::new(x, y, Ends::Flat).unwrap_err();
+    assert!(matches!(
+        refused(&[1.0], &[1.0]),
+        CurveError::TooShort { rows: 1 }
+    ));
+    assert!(matches!(
+        refused(&[0.5, 1.5], &[1.0]),
+        CurveError::Lengths { .. }
+    ));
+    let error = refused(&[0.5, 1.0, 1.0], &[0.0; 3]);
+    assert!(
+        matches!(error, CurveError::NotIncreasing { row: 2, .. }),
+        "{error}"
+    );
+    let error = refused(&[0.5, 1.5], &[0.0, f64::NAN]);
+    assert!(
+        matches!(error, CurveError::NotFinite { row: 1, .. }),
+        "{error}"
+    );
+    let error = refused(&[1.1, 1.5], &[0.0, 0.0]);
+    assert!(error.to_string().contains("must include 1"), "{error}");
+}
+
+#[test]
+fn not_a_number_stays_one() {
+    let (physbam, blemker, table) = (PhysBam::default(), Blemker::default(), table());
+    for point in [
+        physbam.active(f64::NAN),
+        physbam.passive(f64::NAN),
+        blemker.active(f64::NAN),
+        blemker.passive(f64::NAN),
+        table.active(f64::NAN),
+        table.passive(f64::NAN),
+    ] {
+        assert!(point.integral.is_nan() && point.value.is_nan(), "{point:?}");
+    }
+}
+
+#[test]
+fn a_fibre_of_length_0_is_finite() {
+    let term = FiberTerm {
+        direction: [1.0_f64, 0.0, 0.0],
+        peak: 3e5,
+        activation: 1.0,
+        optimal_stretch: 1.0,
+    };
+    let law = FiberLaw {
+        curve: PhysBam::default(),
+        stretch: Stretch::Plain,
+    };
+    for F in [Mat::<f64, 3>::zeros(), Mat::from_diagonal([0.0, 1.0, 1.0])] {
+        assert!(term.energy(&law, &F).is_finite());
+        assert_eq!(term.stress(&law, &F).norm_squared(), 0.0);
+        assert_eq!(
+            term.stress_derivative(&law, &F)
+                .apply(&Mat::identity())
+                .norm_squared(),
+            0.0
+        );
+    }
+    let law = FiberLaw {
+        curve: table(),
+        stretch: Stretch::Plain,
+    };
+    assert!(
+        term.stress(&law, &Mat::<f64, 3>::zeros())
+            .norm_squared()
+            .is_finite()
+    );
+}
+
+#[test]
+fn stress_is_affine_in_the_activation() {
+    let F = Mat([[1.15, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]);
+    for stretch in [Stretch::Plain, Stretch::Deviatoric] {
+        let law = FiberLaw {
+            curve: Blemker::default(),
+            stretch,
+        };
+        let term = |activation| FiberTerm {
+            direction: [0.6, 0.0, 0.8],
+            peak: 3e5,
+            activation,
+            optimal_stretch: 1.1,
+        };
+        let slope = term(0.4).stress_by_activation(&law, &F);
+        let difference = term(1.0).stress(&law, &F) - term(0.0).stress(&law, &F);
+        assert!((slope - difference).norm_squared() < 1e-20 * slope.norm_squared());
+    }
+}
+
+#[test]
+fn eight_different_muscles_side_by_side() {
+    let F = Mat([[1.15, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]);
+    let law = FiberLaw {
+        curve: PhysBam::default(),
+        stretch: Stretch::Deviatoric,
+    };
+    let activation: [f64; 8] = core::array::from_fn(|i| i as f64 / 7.0);
+    let splat = <F64x8 as fem_kinematics::Real>::from_f64;
+    let pack = FiberTerm {
+        direction: [splat(0.6), splat(0.0), splat(0.8)],
+        peak: splat(3e5),
+        activation: fem_kinematics::Lanes(activation),
+        optimal_stretch: splat(1.0),
+    };
+    let P = pack.stress(&law, &Mat::from_f64(&F));
+    for lane in 0..8 {
+        let one = FiberTerm {
+            direction: [0.6, 0.0, 0.8],
+            peak: 3e5,
+            activation: activation[lane],
+            optimal_stretch: 1.0,
+        };
+        let exact = one.stress(&law, &F);
+        for i in 0..3 {
+            for j in 0..3 {
+                assert!((P.0[i][j].0[lane] - exact.0[i][j]).abs() < 1e-9);
+            }
+        }
+    }
+}

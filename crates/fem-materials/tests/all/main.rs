@@ -1,0 +1,12 @@
+//! The materials against dual numbers, against each other and against the documents' formulas.
+#![allow(non_snake_case)]
+
+mod curves;
+mod derivatives;
+mod filters;
+mod inversion;
+mod isotropic;
+mod lame;
+mod near_rest;
+mod numbers;
+mod qr;
