@@ -55,28 +55,31 @@ pub(crate) fn safe_scale_of<T: Real>(entries: impl Iterator<Item = T>) -> (T, T)
             T::from_f64(limit).lt(largest),
             largest.lt(T::from_f64(1.0 / limit)) & T::zero().lt(largest),
         );
-        let pick = |if_large: f64, if_small: f64| {
-            T::select(
-                large,
-                T::from_f64(if_large),
-                T::select(small, T::from_f64(if_small), T::one()),
-            )
-        };
-        let factor = pick(1.0 / step, step);
+        let factor = pick(large, small, 1.0 / step, step);
         s *= factor;
         largest *= factor;
-        inverse *= pick(step, 1.0 / step);
+        inverse *= pick(large, small, step, 1.0 / step);
     }
     (s, inverse)
+}
+
+#[inline(always)]
+fn pick<T: Real>(large: T::Mask, small: T::Mask, if_large: f64, if_small: f64) -> T {
+    T::select(
+        large,
+        T::from_f64(if_large),
+        T::select(small, T::from_f64(if_small), T::one()),
+    )
 }
 
 /// A unit vector at right angles to the unit vector u.
 #[inline(always)]
 fn perpendicular<T: Real, const D: usize>(u: [T; D]) -> [T; D] {
     // Of e₁ and e₂ take the one that is farther from u.
-    let (one, zero) = (T::one(), T::zero());
-    let axis = |k: usize| -> [T; D] { core::array::from_fn(|i| if i == k { one } else { zero }) };
-    let e = select(u[0].abs().lt(u[1].abs()), axis(0), axis(1));
+    let first = u[0].abs().lt(u[1].abs());
+    let mut e = [T::zero(); D];
+    e[0] = T::select(first, T::one(), T::zero());
+    e[1] = T::select(first, T::zero(), T::one());
     let w = minus(e, dot(u, e), u);
     scaled(w, dot(w, w).sqrt().recip())
 }

@@ -105,21 +105,23 @@ pub(crate) fn descending<T: Real, const D: usize>(
     mut values: [T; D],
     mut V: [[T; D]; D],
 ) -> ([T; D], [[T; D]; D]) {
-    let mut exchange = |i: usize, j: usize| {
-        let (a, b) = (values[i], values[j]);
-        let swap = a.lt(b);
-        values[i] = T::select(swap, b, a);
-        values[j] = T::select(swap, a, b);
-        for row in &mut V {
-            let (a, b) = (row[i], row[j]);
-            row[i] = T::select(swap, b, a);
-            row[j] = T::select(swap, a, b);
-        }
-    };
-    exchange(0, 1);
+    exchange(&mut values, &mut V, 0, 1);
     if D == 3 {
-        exchange(0, 2);
-        exchange(1, 2);
+        exchange(&mut values, &mut V, 0, 2);
+        exchange(&mut values, &mut V, 1, 2);
     }
     (values, V)
+}
+
+#[inline(always)]
+fn exchange<T: Real, const D: usize>(values: &mut [T; D], V: &mut [[T; D]; D], i: usize, j: usize) {
+    let (a, b) = (values[i], values[j]);
+    let swap = a.lt(b);
+    values[i] = T::select(swap, b, a);
+    values[j] = T::select(swap, a, b);
+    for row in V {
+        let (a, b) = (row[i], row[j]);
+        row[i] = T::select(swap, b, a);
+        row[j] = T::select(swap, a, b);
+    }
 }

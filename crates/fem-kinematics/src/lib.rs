@@ -1,8 +1,41 @@
 //! Deformation gradients, signed decompositions, strains and invariants with exact derivatives,
 //! in 2D and 3D.
+//!
+//! Everything is generic over a scalar [`Real`] and the dimension `D` (2 or 3), without branches on
+//! values: one source serves `f64`, `f32`, eight elements side by side and [`Dual`] numbers.
+//!
+//! ```
+//! use fem_kinematics::{Dual, Mat, RestShape, deformation_gradient, log_determinant, polar,
+//!     shape_matrix};
+//! // A tetrahedron at rest, and turned inside out.
+//! let rest = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! let shape = RestShape::from_vertices(&rest)?;
+//! let mirrored = rest.map(|[x, y, z]| [x, y, -z]);
+//! let F = deformation_gradient(&shape_matrix(&mirrored), &shape.inverse);
+//! assert_eq!(polar(&F).R.determinant(), 1.0); // a rotation, never a reflection
+//!
+//! // Exact derivatives of anything: ln det at the identity, in direction dF = I.
+//! let F = Mat::<Dual<f64>, 3>::from_diagonal([Dual::variable(1.0); 3]);
+//! assert_eq!(log_determinant(&F).derivative, 3.0);
+//! # Ok::<(), fem_kinematics::RestShapeError>(())
+//! ```
+//!
+//! | | |
+//! |---|---|
+//! | numbers | [`Real`], [`Lanes`], [`Dual`]; [`dispatch`] and [`dispatch_packed`] choose the processor's instructions |
+//! | small algebra | [`Mat`], [`Tensor4`] (dP/dF), [`to_flat`] and [`from_flat`] (9×9 orders), [`Tensor4::project`] |
+//! | elements | [`RestShape`], [`shape_matrix`], [`deformation_gradient`], [`flatten_triangle`] |
+//! | decompositions | [`signed_svd`], [`polar`], [`signed_qr`], [`symmetric_eigen`], each with its derivatives |
+//! | measures | [`green_strain`], [`corotated_strain`], [`Invariants`], [`DeviatoricInvariants`], [`log_determinant`] |
+//! | stresses | [`cauchy_from_piola`] and its kin |
+//!
+//! Derivatives that do not exist everywhere come as [`Checked`]. Feature `nalgebra`: conversions
+//! between [`Mat`] and `nalgebra::SMatrix`.
 #![allow(non_snake_case)]
 
 mod checked;
+#[cfg(feature = "nalgebra")]
+mod convert;
 mod dispatch;
 mod dual;
 mod frame;
@@ -10,6 +43,7 @@ mod invariants;
 mod jacobi;
 mod lanes;
 mod mat;
+mod math;
 mod polar;
 mod qr;
 mod scalar;
@@ -22,7 +56,7 @@ mod tensor4_projection;
 mod voigt9;
 
 pub use checked::Checked;
-pub use dispatch::{Kernel, dispatch};
+pub use dispatch::{Kernel, Pack, PackedKernel, dispatch, dispatch_packed};
 pub use dual::Dual;
 pub use invariants::{
     DeviatoricInvariants, Invariants, determinant_minus_one, left_cauchy_green, log_determinant,
@@ -42,6 +76,6 @@ pub use stress_measures::{
     cauchy_from_piola, kirchhoff_from_piola, piola_from_cauchy, piola_from_kirchhoff,
     piola_from_second_piola, second_piola_from_piola,
 };
-pub use svd::{Svd, signed_svd};
+pub use svd::{Svd, SvdDifferential, signed_svd};
 pub use tensor4::Tensor4;
 pub use voigt9::{BLOCK_ORDER_2D, BLOCK_ORDER_3D, ROW_MAJOR_2D, ROW_MAJOR_3D, from_flat, to_flat};

@@ -165,8 +165,10 @@ impl<T: Real, const D: usize> Mat<T, D> {
         if D == 2 {
             self.trace() + self.determinant()
         } else {
-            let minor = |i: usize, j: usize| m[i][i] * m[j][j] - m[i][j] * m[j][i];
-            self.trace() + (minor(0, 1) + minor(0, 2) + minor(1, 2)) + self.determinant()
+            let minors = (m[0][0] * m[1][1] - m[0][1] * m[1][0])
+                + (m[0][0] * m[2][2] - m[0][2] * m[2][0])
+                + (m[1][1] * m[2][2] - m[1][2] * m[2][1]);
+            self.trace() + minors + self.determinant()
         }
     }
     /// The cofactor matrix, det(M) M⁻ᵀ = ∂det M/∂M; defined for every M.

@@ -54,24 +54,30 @@ fn cayley<T: Real, const D: usize>(R: &Mat<T, D>, h: [T; 3]) -> Mat<T, D> {
 /// σᵢ + σⱼ vanishes.
 #[inline(always)]
 fn solve_rate<T: Real, const D: usize>(principal: &Svd<T, D>, A: &Mat<T, D>) -> [T; 3] {
-    let (zero, one) = (T::zero(), T::one());
-    let sigma = &principal.sigma;
-    let divide = |x: T, i: usize, j: usize| {
-        let sum = sigma[i] + sigma[j];
-        let regular = rounding(principal).lt(sum);
-        T::select(regular, x, zero) / T::select(regular, sum, one)
-    };
-    let axis = |i: usize, j: usize| A.0[j][i] - A.0[i][j];
+    let zero = T::zero();
     if D == 2 {
-        return [zero, zero, divide(axis(0, 1), 0, 1)];
+        return [zero, zero, divide(principal, axis(A, 0, 1), 0, 1)];
     }
     // The pairs (1, 2), (2, 0), (0, 1) turn about the axes 0, 1, 2.
-    let a: [T; D] = core::array::from_fn(|k| axis((k + 1) % 3, (k + 2) % 3));
+    let a: [T; D] = core::array::from_fn(|k| axis(A, (k + 1) % 3, (k + 2) % 3));
     let p = principal.V.tr_mul_vec(a);
     let w = principal.V.mul_vec(core::array::from_fn(|k| {
-        divide(p[k], (k + 1) % 3, (k + 2) % 3)
+        divide(principal, p[k], (k + 1) % 3, (k + 2) % 3)
     }));
     core::array::from_fn(|k| w[k])
+}
+
+#[inline(always)]
+fn axis<T: Real, const D: usize>(A: &Mat<T, D>, i: usize, j: usize) -> T {
+    A.0[j][i] - A.0[i][j]
+}
+
+/// x/(σᵢ + σⱼ), 0 where the sum vanishes.
+#[inline(always)]
+fn divide<T: Real, const D: usize>(principal: &Svd<T, D>, x: T, i: usize, j: usize) -> T {
+    let sum = principal.sigma[i] + principal.sigma[j];
+    let regular = rounding(principal).lt(sum);
+    T::select(regular, x, T::zero()) / T::select(regular, sum, T::one())
 }
 
 /// A sum σᵢ + σⱼ up to this is rounding error.

@@ -61,14 +61,14 @@ impl<T: Real, const D: usize> Qr<T, D> {
     pub fn rotation_rate(&self, dF: &Mat<T, D>) -> [T; 3] {
         let A = self.Q.tr_mul(dF).0;
         let (zero, one) = (T::zero(), T::one());
-        let inverse = |i: usize| T::select(self.unique, self.R.0[i][i], one).recip();
-        let rate = |x: T| T::select(self.unique, x, zero);
-        let w3 = rate(A[1][0] * inverse(0));
+        let r11 = T::select(self.unique, self.R.0[0][0], one);
+        let w3 = T::select(self.unique, A[1][0] / r11, zero);
         if D == 2 {
             return [zero, zero, w3];
         }
-        let w2 = rate(-(A[2][0] * inverse(0)));
-        let w1 = rate((A[2][1] + w2 * self.R.0[0][1]) * inverse(1));
+        let r22 = T::select(self.unique, self.R.0[1][1], one);
+        let w2 = T::select(self.unique, -(A[2][0] / r11), zero);
+        let w1 = T::select(self.unique, (A[2][1] + w2 * self.R.0[0][1]) / r22, zero);
         [w1, w2, w3]
     }
     /// dQ = Q Ω in direction dF; zero where it does not exist.

@@ -120,23 +120,23 @@ macro_rules! native {
             }
             #[inline(always)]
             fn ln(self) -> Self {
-                <$t>::ln(self)
+                crate::math::scalar::ln(f64::from(self)) as $t
             }
             #[inline(always)]
             fn ln_1p(self) -> Self {
-                <$t>::ln_1p(self)
+                crate::math::scalar::ln_1p(f64::from(self)) as $t
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                <$t>::exp(self)
+                crate::math::scalar::exp(f64::from(self)) as $t
             }
             #[inline(always)]
             fn exp_m1(self) -> Self {
-                <$t>::exp_m1(self)
+                crate::math::scalar::exp_m1(f64::from(self)) as $t
             }
             #[inline(always)]
             fn powf(self, exponent: f64) -> Self {
-                <$t>::powf(self, exponent as $t)
+                crate::math::scalar::powf(f64::from(self), exponent) as $t
             }
             #[inline(always)]
             fn lt(self, other: Self) -> bool {

@@ -73,18 +73,17 @@ impl<T: Real, const D: usize> RestShape<T, D> {
     /// The area normal of vertex `a` = 0 … D.
     #[inline(always)]
     pub fn area_normal(&self, a: usize) -> [T; D] {
-        let row = |i: usize| self.inverse.0[i].map(|x| -self.volume * x);
+        let B = self.area_normals();
         if a > 0 {
-            return row(a - 1);
+            return B.column(a - 1);
         }
-        let mut sum = [T::zero(); D];
-        for i in 0..D {
-            let b = row(i);
-            for j in 0..D {
-                sum[j] -= b[j];
+        core::array::from_fn(|i| {
+            let mut sum = -B.0[i][0];
+            for j in 1..D {
+                sum -= B.0[i][j];
             }
-        }
-        sum
+            sum
+        })
     }
 }
 

@@ -1,9 +1,11 @@
 //! The signed singular value decomposition and its derivatives.
 
+use crate::checked::Checked;
 use crate::frame::{orthogonalize, polish, safe_scale};
 use crate::jacobi::{cyclic_jacobi, descending, negligible_square};
 use crate::mat::Mat;
 use crate::scalar::Real;
+use crate::tensor4::Tensor4;
 
 /// F = U diag(σ) Vᵀ with U and V rotations (det +1) and σ₁ ≥ … ≥ |σ_D|; the last value carries
 /// the sign of det F.
@@ -71,21 +73,22 @@ pub fn signed_svd<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
 /// clamp: the derivative of a symmetric function of them stays right.
 #[inline(always)]
 fn sort_magnitudes<T: Real, const D: usize>(sigma: &mut [T; D]) {
-    let zero = T::zero();
-    let mut exchange = |i: usize| {
-        let (a, b) = (sigma[i], sigma[i + 1]);
-        let magnitude = T::select(b.lt(zero), -b, b);
-        let swap = a.lt(magnitude);
-        sigma[i] = T::select(swap, magnitude, a);
-        sigma[i + 1] = T::select(swap, T::select(b.lt(zero), -a, a), b);
-    };
+    exchange_magnitudes(sigma, 0);
     if D == 3 {
-        exchange(0);
-        exchange(1);
-        exchange(0);
-    } else {
-        exchange(0);
+        exchange_magnitudes(sigma, 1);
+        exchange_magnitudes(sigma, 0);
     }
+}
+
+/// Makes σᵢ ≥ |σᵢ₊₁|; the sign stays behind.
+#[inline(always)]
+fn exchange_magnitudes<T: Real, const D: usize>(sigma: &mut [T; D], i: usize) {
+    let (a, b) = (sigma[i], sigma[i + 1]);
+    let negative = b.lt(T::zero());
+    let magnitude = T::select(negative, -b, b);
+    let swap = a.lt(magnitude);
+    sigma[i] = T::select(swap, magnitude, a);
+    sigma[i + 1] = T::select(swap, T::select(negative, -a, a), b);
 }
 
 /// 2×2: F = p·rotation(α) + q·reflection(β), and U, V turn by (β ± α)/2.
@@ -121,15 +124,6 @@ fn svd3<T: Real, const D: usize>(A: &Mat<T, D>) -> Svd<T, D> {
     let frame = orthogonalize(&(*A * V));
     let R = &frame.R.0;
     let (u, small, v) = svd2(R[1][1], R[1][2], R[2][1], R[2][2]);
-    let turn = |M: &Mat<T, D>, r: &Mat<T, 2>| {
-        Mat::from_fn(|i, j| {
-            if j == 0 {
-                M.0[i][0]
-            } else {
-                M.0[i][1] * r.0[0][j - 1] + M.0[i][2] * r.0[1][j - 1]
-            }
-        })
-    };
     let mut sigma = [R[0][0]; D];
     sigma[1] = small[0];
     sigma[2] = small[1];
@@ -137,5 +131,90 @@ fn svd3<T: Real, const D: usize>(A: &Mat<T, D>) -> Svd<T, D> {
         U: polish(&turn(&frame.Q, &u)),
         sigma,
         V: polish(&turn(&V, &v)),
+    }
+}
+
+/// M with its last two columns turned by r.
+#[inline(always)]
+fn turn<T: Real, const D: usize>(M: &Mat<T, D>, r: &Mat<T, 2>) -> Mat<T, D> {
+    let mut turned = *M;
+    for i in 0..D {
+        for j in 0..2 {
+            turned.0[i][j + 1] = M.0[i][1] * r.0[0][j] + M.0[i][2] * r.0[1][j];
+        }
+    }
+    turned
+}
+
+/// Differentials of a signed singular value decomposition; U and V turn by skew matrices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SvdDifferential<T, const D: usize> {
+    /// dU.
+    pub dU: Mat<T, D>,
+    /// dσ.
+    pub dsigma: [T; D],
+    /// dV.
+    pub dV: Mat<T, D>,
+}
+
+impl<T: Real, const D: usize> Svd<T, D> {
+    /// ∂σₙ/∂F = uₙ vₙᵀ, n = 0 … D − 1. Of a repeated value it is one of the directional
+    /// derivatives; the sum over equal values is always right.
+    #[inline(always)]
+    pub fn sigma_gradient(&self, n: usize) -> Mat<T, D> {
+        Mat::outer(self.U.column(n), self.V.column(n))
+    }
+    /// dU, dσ and dV in direction dF.
+    ///
+    /// With M = Uᵀ dF V: dσᵢ = Mᵢᵢ; UᵀdU = A + B and VᵀdV = A − B with
+    /// Aᵢⱼ = (Mᵢⱼ + Mⱼᵢ)/(2(σⱼ − σᵢ)) and Bᵢⱼ = (Mᵢⱼ − Mⱼᵢ)/(2(σⱼ + σᵢ)).
+    /// The result exists where all |σ| differ; a rate whose denominator vanishes to rounding is
+    /// set to zero.
+    #[inline(always)]
+    pub fn differential(&self, dF: &Mat<T, D>) -> Checked<SvdDifferential<T, D>, T::Mask> {
+        let M = self.to_principal(dF);
+        let rounding = self.sigma[0] * T::from_f64(8.0 * T::EPSILON);
+        let (zero, one, half) = (T::zero(), T::one(), T::from_f64(0.5));
+        let mut exists = rounding.lt(self.sigma[0]);
+        let (mut u, mut v) = (Mat::<T, D>::zeros(), Mat::<T, D>::zeros());
+        for i in 0..D {
+            for j in i + 1..D {
+                let (gap, sum) = (self.sigma[j] - self.sigma[i], self.sigma[j] + self.sigma[i]);
+                let (apart, upright) = (rounding.lt(gap.abs()), rounding.lt(sum.abs()));
+                exists = exists & apart & upright;
+                let a = T::select(apart, (M.0[i][j] + M.0[j][i]) * half, zero)
+                    / T::select(apart, gap, one);
+                let b = T::select(upright, (M.0[i][j] - M.0[j][i]) * half, zero)
+                    / T::select(upright, sum, one);
+                u.0[i][j] = a + b;
+                u.0[j][i] = -(a + b);
+                v.0[i][j] = a - b;
+                v.0[j][i] = -(a - b);
+            }
+        }
+        Checked {
+            value: SvdDifferential {
+                dU: self.U * u,
+                dsigma: core::array::from_fn(|i| M.0[i][i]),
+                dV: self.V * v,
+            },
+            exists,
+        }
+    }
+    /// ∂U/∂F; see [`Svd::differential`].
+    #[inline(always)]
+    pub fn u_derivative(&self) -> Checked<Tensor4<T, D>, T::Mask> {
+        Checked {
+            value: Tensor4::from_linear_map(|dF| self.differential(dF).value.dU),
+            exists: self.differential(&Mat::zeros()).exists,
+        }
+    }
+    /// ∂V/∂F; see [`Svd::differential`].
+    #[inline(always)]
+    pub fn v_derivative(&self) -> Checked<Tensor4<T, D>, T::Mask> {
+        Checked {
+            value: Tensor4::from_linear_map(|dF| self.differential(dF).value.dV),
+            exists: self.differential(&Mat::zeros()).exists,
+        }
     }
 }

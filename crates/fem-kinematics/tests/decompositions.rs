@@ -173,3 +173,89 @@ fn polar_and_qr_differentials_by_dual_numbers() {
     differentials_by_dual_numbers::<2>();
     differentials_by_dual_numbers::<3>();
 }
+
+fn svd_differentials<const D: usize>() {
+    let mut random = Random(6);
+    for _ in 0..100 {
+        // Values well apart, for the derivatives of U and V grow as 1/gap.
+        let stretch = std::array::from_fn(|i| 2.0 - 0.7 * i as f64);
+        let F = (random.rotation::<D>() * Mat::from_diagonal(stretch)).mul_tr(&random.rotation());
+        let dF = random.matrix::<D>();
+        let dual: Mat<Dual<f64>, D> = Mat::from_fn(|i, j| Dual::new(F.0[i][j], dF.0[i][j]));
+        let (svd, expected) = (signed_svd(&F), signed_svd(&dual));
+        let d = svd.differential(&dF).ok().expect("values are distinct");
+        let (dU, dV) = (
+            svd.u_derivative().value.apply(&dF),
+            svd.v_derivative().value.apply(&dF),
+        );
+        for i in 0..D {
+            assert!((d.dsigma[i] - expected.sigma[i].derivative).abs() < 1e-12);
+            assert!((svd.sigma_gradient(i).dot(&dF) - d.dsigma[i]).abs() < 1e-14);
+            for j in 0..D {
+                let (u, v) = (expected.U.0[i][j].derivative, expected.V.0[i][j].derivative);
+                assert!((d.dU.0[i][j] - u).abs() < 1e-12, "{} {u}", d.dU.0[i][j]);
+                assert!((d.dV.0[i][j] - v).abs() < 1e-12, "{} {v}", d.dV.0[i][j]);
+                assert!((dU.0[i][j] - u).abs() < 1e-12 && (dV.0[i][j] - v).abs() < 1e-12);
+            }
+        }
+    }
+    // Repeated values: U and V have no derivative, and it is said.
+    let repeated = signed_svd(&Mat::<f64, D>::identity());
+    assert!(!repeated.differential(&Mat::identity()).exists);
+    assert_eq!(repeated.u_derivative().ok(), None);
+    // R = U Vᵀ has one there, but not where two values cancel.
+    assert!(polar(&Mat::<f64, D>::identity()).unique());
+    let mut diagonal = [1.0; D];
+    diagonal[D - 1] = -1.0;
+    assert_eq!(
+        polar(&Mat::from_diagonal(diagonal))
+            .rotation_derivative()
+            .ok(),
+        None
+    );
+    assert!(!signed_qr(&Mat::<f64, D>::zeros()).unique);
+}
+
+#[test]
+fn svd_differentials_by_dual_numbers() {
+    svd_differentials::<2>();
+    svd_differentials::<3>();
+}
+
+#[test]
+fn differentials_by_a_ladder_of_steps() {
+    let mut random = Random(7);
+    for _ in 0..10 {
+        let (F, dF) = (random.tame::<3>(), random.matrix::<3>());
+        let (dR, dQ) = (
+            polar(&F).rotation_differential(&dF).value,
+            signed_qr(&F).q_differential(&dF).value,
+        );
+        let best = |exact: &Mat<f64, 3>, f: &dyn Fn(&Mat<f64, 3>) -> Mat<f64, 3>| {
+            (2..8)
+                .map(|n| {
+                    let h = 10f64.powi(-n);
+                    let step = f(&(F + dF.scale(h))) - f(&(F - dF.scale(h)));
+                    largest(&(step.scale(0.5 / h) - *exact))
+                })
+                .fold(f64::INFINITY, f64::min)
+        };
+        assert!(best(&dR, &|F| polar(F).R) < 1e-8);
+        assert!(best(&dQ, &|F| signed_qr(F).Q) < 1e-8);
+    }
+}
+
+#[test]
+fn second_derivatives_by_nested_dual_numbers() {
+    // tr S = Σσ: its Hessian is ∂R/∂F, also at the repeated values of a rotation.
+    let mut random = Random(8);
+    for F in [Mat::identity(), random.rotation::<3>(), random.tame::<3>()] {
+        let (a, b) = (random.matrix::<3>(), random.matrix::<3>());
+        let nested: Mat<Dual<Dual<f64>>, 3> = Mat::from_fn(|i, j| {
+            Dual::new(Dual::new(F.0[i][j], a.0[i][j]), Dual::new(b.0[i][j], 0.0))
+        });
+        let second = polar(&nested).S.trace().derivative.derivative;
+        let expected = polar(&F).rotation_differential(&a).value.dot(&b);
+        assert!((second - expected).abs() < 1e-12, "{second} {expected}");
+    }
+}
