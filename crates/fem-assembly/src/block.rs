@@ -2,7 +2,7 @@
 
 use crate::dofs::FIXED;
 use crate::error::AssemblyError;
-use fem_kinematics::{F64x8, Mat, Real};
+use fem_kinematics::{F64x8, Lanes, Mat, Pack};
 
 /// Elements in one block: the lanes of [`F64x8`].
 pub(crate) const LANES: usize = 8;
@@ -96,9 +96,9 @@ impl<const D: usize> Block<D> {
         Self {
             nodes: core::array::from_fn(|a| core::array::from_fn(|lane| at(lane).nodes[a])),
             inverse_shape: Mat::from_fn(|i, j| {
-                fem_kinematics::Lanes(core::array::from_fn(|lane| at(lane).inverse_shape.0[i][j]))
+                Lanes(core::array::from_fn(|lane| at(lane).inverse_shape.0[i][j]))
             }),
-            volume: fem_kinematics::Lanes(core::array::from_fn(|lane| {
+            volume: Lanes(core::array::from_fn(|lane| {
                 if lane < elements.len() {
                     elements[lane].volume
                 } else {
@@ -127,21 +127,33 @@ impl<const D: usize> Block<D> {
 
     /// F = D_s D_m⁻¹ of positions; dF of displacements (document 000, 4.1).
     #[inline(always)]
-    pub fn deformation_gradient(&self, field: &[[f64; D]]) -> Mat<F64x8, D> {
-        self.shape_matrix(field) * self.inverse_shape
+    pub fn deformation_gradient<V: Pack>(&self, field: &[[f64; D]]) -> Mat<V, D> {
+        let shape = self.shape_matrix(field);
+        Mat::from_fn(|i, j| V::from_lanes(shape.0[i][j])) * self.inverse_shape()
+    }
+
+    /// D_m⁻¹ in registers.
+    #[inline(always)]
+    pub fn inverse_shape<V: Pack>(&self) -> Mat<V, D> {
+        Mat::from_fn(|i, j| V::from_lanes(self.inverse_shape.0[i][j]))
     }
 
     /// ∂E/∂x at each vertex, V P ∇Nₐ: minus the finite-volume force g = P B_m of document 000, 4.4.
     #[inline(always)]
-    pub fn nodal_gradient(&self, P: &Mat<F64x8, D>) -> [[F64x8; D]; VERTICES] {
-        let mut gradient = [[F64x8::zero(); D]; VERTICES];
+    pub fn nodal_gradient<V: Pack>(&self, P: &Mat<V, D>) -> [[F64x8; D]; VERTICES] {
+        let volume = V::from_lanes(self.volume);
+        let inverse_shape = self.inverse_shape::<V>();
+        let mut first = [V::zero(); D];
+        let mut gradient = [[F64x8::default(); D]; VERTICES];
         for a in 0..D {
-            let column = P.mul_vec(self.inverse_shape.0[a]);
+            let column = P.mul_vec(inverse_shape.0[a]);
             for i in 0..D {
-                gradient[a + 1][i] = column[i] * self.volume;
-                gradient[0][i] -= gradient[a + 1][i];
+                let force = column[i] * volume;
+                first[i] -= force;
+                gradient[a + 1][i] = force.to_lanes();
             }
         }
+        gradient[0] = first.map(V::to_lanes);
         gradient
     }
 }

@@ -5,7 +5,7 @@ use crate::builder::{AssemblyBuilder, Entry, Packing};
 use crate::error::AssemblyError;
 use crate::law::Law;
 use crate::part::{Elements, Part};
-use fem_kinematics::{F64x8, Lanes, Mat, Real, Tensor4};
+use fem_kinematics::{F64x8, Lanes, Mat, Pack, Tensor4};
 use fem_materials::curves::TensionCurve;
 use fem_materials::{DefinitenessFilter, FiberLaw, FiberTerm};
 
@@ -111,57 +111,58 @@ impl FiberLanes {
     }
 
     #[inline(always)]
-    fn term(&self, activation: F64x8) -> FiberTerm<F64x8> {
+    fn term<V: Pack>(&self, activation: V) -> FiberTerm<V> {
         FiberTerm {
-            direction: self.direction,
-            peak: self.peak,
+            direction: self.direction.map(V::from_lanes),
+            peak: V::from_lanes(self.peak),
             activation,
-            optimal_stretch: self.optimal_stretch,
+            optimal_stretch: V::from_lanes(self.optimal_stretch),
         }
     }
 
     #[inline(always)]
-    fn active(&self, activations: &[f64]) -> FiberTerm<F64x8> {
-        self.term(Lanes(std::array::from_fn(|l| activations[self.channel[l]])))
+    fn active<V: Pack>(&self, activations: &[f64]) -> FiberTerm<V> {
+        let lanes = std::array::from_fn(|l| activations[self.channel[l]]);
+        self.term(V::from_lanes(Lanes(lanes)))
     }
 }
 
 impl<C: TensionCurve> Law<3> for Fibers<C> {
     #[inline(always)]
-    fn energy(&self, block: usize, activations: &[f64], F: &Mat<F64x8, 3>) -> F64x8 {
+    fn energy<V: Pack>(&self, block: usize, activations: &[f64], F: &Mat<V, 3>) -> V {
         self.lanes[block].active(activations).energy(&self.law, F)
     }
     #[inline(always)]
-    fn energy_and_stress(
+    fn energy_and_stress<V: Pack>(
         &self,
         block: usize,
         activations: &[f64],
-        F: &Mat<F64x8, 3>,
-    ) -> (F64x8, Mat<F64x8, 3>) {
+        F: &Mat<V, 3>,
+    ) -> (V, Mat<V, 3>) {
         self.lanes[block]
             .active(activations)
             .energy_and_stress(&self.law, F)
     }
     #[inline(always)]
-    fn stress_differential(
+    fn stress_differential<V: Pack>(
         &self,
         block: usize,
         activations: &[f64],
-        F: &Mat<F64x8, 3>,
-        dF: &Mat<F64x8, 3>,
-    ) -> Mat<F64x8, 3> {
+        F: &Mat<V, 3>,
+        dF: &Mat<V, 3>,
+    ) -> Mat<V, 3> {
         self.lanes[block]
             .active(activations)
             .stress_differential(&self.law, F, dF)
     }
     #[inline(always)]
-    fn derivative(
+    fn derivative<V: Pack>(
         &self,
         block: usize,
         activations: &[f64],
-        F: &Mat<F64x8, 3>,
+        F: &Mat<V, 3>,
         filter: DefinitenessFilter,
-    ) -> Tensor4<F64x8, 3> {
+    ) -> Tensor4<V, 3> {
         let term = self.lanes[block].active(activations);
         match filter {
             DefinitenessFilter::None => term.stress_derivative(&self.law, F),
@@ -173,17 +174,17 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         self.lanes[block].channel.contains(&channel)
     }
     #[inline(always)]
-    fn stress_by_activation(
+    fn stress_by_activation<V: Pack>(
         &self,
         block: usize,
         channel: usize,
-        F: &Mat<F64x8, 3>,
-    ) -> Mat<F64x8, 3> {
+        F: &Mat<V, 3>,
+    ) -> Mat<V, 3> {
         let fibers = &self.lanes[block];
         let listens = fibers.channel.map(|c| f64::from(c == channel));
         fibers
-            .term(F64x8::zero())
+            .term(V::zero())
             .stress_by_activation(&self.law, F)
-            .scale(Lanes(listens))
+            .scale(V::from_lanes(Lanes(listens)))
     }
 }

@@ -9,7 +9,7 @@ use crate::block::{Block, LANES, PAIRS, RestElement, VERTICES, pair};
 use crate::builder::{Entry, Packing};
 use crate::dofs::FIXED;
 use crate::law::Law;
-use fem_kinematics::{F64x8, Kernel, Mat, dispatch};
+use fem_kinematics::{F64x8, Mat, Pack, PackedKernel, dispatch_packed};
 use fem_materials::DefinitenessFilter;
 
 /// "Not ours": a row or matrix block that another chunk owns, or a prescribed one.
@@ -165,14 +165,14 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
 }
 
 struct EnergyPass<'a, const D: usize, L>(&'a Elements<D, L>, State<'a, D>, &'a mut Vec<(u32, f64)>);
-impl<const D: usize, L: Law<D>> Kernel for EnergyPass<'_, D, L> {
+impl<const D: usize, L: Law<D>> PackedKernel for EnergyPass<'_, D, L> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Pack>(self) {
         let Self(part, state, out) = self;
         for (k, block) in part.blocks.iter().enumerate() {
-            let F = block.deformation_gradient(state.positions);
-            part.record(k, part.law.energy(k, state.activations, &F), out);
+            let F = block.deformation_gradient::<V>(state.positions);
+            part.record(k, part.law.energy(k, state.activations, &F).to_lanes(), out);
         }
     }
 }
@@ -183,17 +183,17 @@ struct GradientPass<'a, const D: usize, L> {
     rows: &'a mut [[f64; D]],
     energies: &'a mut Vec<(u32, f64)>,
 }
-impl<const D: usize, L: Law<D>> Kernel for GradientPass<'_, D, L> {
+impl<const D: usize, L: Law<D>> PackedKernel for GradientPass<'_, D, L> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Pack>(self) {
         for (k, block) in self.part.blocks.iter().enumerate() {
-            let F = block.deformation_gradient(self.state.positions);
+            let F = block.deformation_gradient::<V>(self.state.positions);
             let (psi, P) = self
                 .part
                 .law
                 .energy_and_stress(k, self.state.activations, &F);
-            self.part.record(k, psi, self.energies);
+            self.part.record(k, psi.to_lanes(), self.energies);
             self.part.scatter(k, &block.nodal_gradient(&P), self.rows);
         }
     }
@@ -206,10 +206,10 @@ struct EverywherePass<'a, const D: usize, L> {
     displacement: Option<&'a [[f64; D]]>,
     nodes: &'a mut [[f64; D]],
 }
-impl<const D: usize, L: Law<D>> Kernel for EverywherePass<'_, D, L> {
+impl<const D: usize, L: Law<D>> PackedKernel for EverywherePass<'_, D, L> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Pack>(self) {
         let Self {
             part,
             state,
@@ -217,11 +217,11 @@ impl<const D: usize, L: Law<D>> Kernel for EverywherePass<'_, D, L> {
             nodes,
         } = self;
         for (k, block) in part.blocks.iter().enumerate() {
-            let F = block.deformation_gradient(state.positions);
+            let F = block.deformation_gradient::<V>(state.positions);
             let P = match displacement {
                 None => part.law.energy_and_stress(k, state.activations, &F).1,
                 Some(field) => {
-                    let dF = block.deformation_gradient(field);
+                    let dF = block.deformation_gradient::<V>(field);
                     part.law.stress_differential(k, state.activations, &F, &dF)
                 }
             };
@@ -243,30 +243,31 @@ struct HessianPass<'a, const D: usize, L> {
     filter: DefinitenessFilter,
     values: &'a mut [[[f64; D]; D]],
 }
-impl<const D: usize, L: Law<D>> Kernel for HessianPass<'_, D, L> {
+impl<const D: usize, L: Law<D>> PackedKernel for HessianPass<'_, D, L> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Pack>(self) {
         let mut flat = [[[0.0; LANES]; VERTICES]; PAIRS * 3];
         for (k, block) in self.part.blocks.iter().enumerate() {
-            let F = block.deformation_gradient(self.state.positions);
+            let F = block.deformation_gradient::<V>(self.state.positions);
             let T = self
                 .part
                 .law
                 .derivative(k, self.state.activations, &F, self.filter);
-            let mut store = |a: usize, b: usize, m: &Mat<F64x8, D>| {
+            let mut store = |a: usize, b: usize, m: &Mat<V, D>| {
                 for i in 0..D {
                     for j in 0..D {
-                        flat[pair(a, b) * D + i][j] = m.0[i][j].0;
+                        flat[pair(a, b) * D + i][j] = m.0[i][j].to_lanes().0;
                     }
                 }
             };
             // K_ab = V Σⱼₗ (∇Nₐ)ⱼ (∇N_b)ₗ T(j, l); vertex 0 follows from Σₐ Nₐ = 1.
+            let (gradients, volume) = (block.inverse_shape::<V>(), V::from_lanes(block.volume));
             let mut corner = Mat::zeros();
             let mut border = [Mat::zeros(); VERTICES];
             for b in 0..D {
-                let gradient_b = block.inverse_shape.0[b];
-                let half: [Mat<F64x8, D>; D] = core::array::from_fn(|j| {
+                let gradient_b = gradients.0[b];
+                let half: [Mat<V, D>; D] = core::array::from_fn(|j| {
                     let mut sum = T.0[j][0].scale(gradient_b[0]);
                     for l in 1..D {
                         sum += T.0[j][l].scale(gradient_b[l]);
@@ -274,12 +275,12 @@ impl<const D: usize, L: Law<D>> Kernel for HessianPass<'_, D, L> {
                     sum
                 });
                 for a in b..D {
-                    let gradient_a = block.inverse_shape.0[a];
+                    let gradient_a = gradients.0[a];
                     let mut stiffness = half[0].scale(gradient_a[0]);
                     for j in 1..D {
                         stiffness += half[j].scale(gradient_a[j]);
                     }
-                    let stiffness = stiffness.scale(block.volume);
+                    let stiffness = stiffness.scale(volume);
                     store(a + 1, b + 1, &stiffness);
                     border[a + 1] -= stiffness;
                     if a != b {
@@ -303,13 +304,13 @@ struct DifferentialPass<'a, const D: usize, L> {
     displacement: &'a [[f64; D]],
     rows: &'a mut [[f64; D]],
 }
-impl<const D: usize, L: Law<D>> Kernel for DifferentialPass<'_, D, L> {
+impl<const D: usize, L: Law<D>> PackedKernel for DifferentialPass<'_, D, L> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Pack>(self) {
         for (k, block) in self.part.blocks.iter().enumerate() {
-            let F = block.deformation_gradient(self.state.positions);
-            let dF = block.deformation_gradient(self.displacement);
+            let F = block.deformation_gradient::<V>(self.state.positions);
+            let dF = block.deformation_gradient::<V>(self.displacement);
             let dP = self
                 .part
                 .law
@@ -325,15 +326,15 @@ struct ActivationPass<'a, const D: usize, L> {
     channel: usize,
     rows: &'a mut [[f64; D]],
 }
-impl<const D: usize, L: Law<D>> Kernel for ActivationPass<'_, D, L> {
+impl<const D: usize, L: Law<D>> PackedKernel for ActivationPass<'_, D, L> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<V: Pack>(self) {
         for (k, block) in self.part.blocks.iter().enumerate() {
             if !self.part.law.has_channel(k, self.channel) {
                 continue;
             }
-            let F = block.deformation_gradient(self.state.positions);
+            let F = block.deformation_gradient::<V>(self.state.positions);
             let P = self.part.law.stress_by_activation(k, self.channel, &F);
             self.part.scatter(k, &block.nodal_gradient(&P), self.rows);
         }
@@ -342,10 +343,10 @@ impl<const D: usize, L: Law<D>> Kernel for ActivationPass<'_, D, L> {
 
 impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
     fn energies(&self, state: State<D>, out: &mut Vec<(u32, f64)>) {
-        dispatch(EnergyPass(self, state, out));
+        dispatch_packed(EnergyPass(self, state, out));
     }
     fn gradient(&self, state: State<D>, rows: &mut [[f64; D]], energies: &mut Vec<(u32, f64)>) {
-        dispatch(GradientPass {
+        dispatch_packed(GradientPass {
             part: self,
             state,
             rows,
@@ -353,7 +354,7 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         });
     }
     fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]) {
-        dispatch(HessianPass {
+        dispatch_packed(HessianPass {
             part: self,
             state,
             filter,
@@ -361,7 +362,7 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         });
     }
     fn differential(&self, state: State<D>, displacement: &[[f64; D]], rows: &mut [[f64; D]]) {
-        dispatch(DifferentialPass {
+        dispatch_packed(DifferentialPass {
             part: self,
             state,
             displacement,
@@ -369,7 +370,7 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         });
     }
     fn gradient_everywhere(&self, state: State<D>, nodes: &mut [[f64; D]]) {
-        dispatch(EverywherePass {
+        dispatch_packed(EverywherePass {
             part: self,
             state,
             displacement: None,
@@ -382,7 +383,7 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         displacement: &[[f64; D]],
         nodes: &mut [[f64; D]],
     ) {
-        dispatch(EverywherePass {
+        dispatch_packed(EverywherePass {
             part: self,
             state,
             displacement: Some(displacement),
@@ -390,7 +391,7 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         });
     }
     fn activation_gradient(&self, state: State<D>, channel: usize, rows: &mut [[f64; D]]) {
-        dispatch(ActivationPass {
+        dispatch_packed(ActivationPass {
             part: self,
             state,
             channel,
