@@ -9,6 +9,7 @@
 use crate::curves::TensionCurve;
 use crate::filter::DefinitenessFilter;
 use crate::material::Evaluation;
+use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4, Vector, dot};
 
 /// Which stretch a fibre feels.
@@ -267,9 +268,27 @@ impl<T: Real> FiberTerm<T> {
                     core::array::from_fn(|l| kernel.scale(a[j] * a[l]))
                 }))
             }
-            Stretch::Deviatoric => filter.apply(&Tensor4::from_linear_map(|dF| {
-                self.stress_differential(law, F, dF)
-            })),
+            Stretch::Deviatoric => {
+                // T' g (g:dF) + T dg with g = ∂λ/∂F, and the across-fibre part block by block.
+                let H = F.cofactor().scale(F.determinant().recip());
+                let g = self.gradient(law, F, pull);
+                let third = T::from_f64(1.0 / 3.0) * pull.tension;
+                let along = Mat::outer(pull.u, a).scale(third * pull.shrink);
+                let mut terms = Terms::new()
+                    .outer(pull.stiffness, &g, &g)
+                    .outer(-T::one(), &along, &H)
+                    .outer(-third, &H, &g)
+                    .transposed(third * pull.lambda, &H, &H);
+                let across = pull
+                    .across()
+                    .scale(pull.tension * pull.shrink * pull.inverse_length);
+                for j in 0..3 {
+                    for l in 0..3 {
+                        terms.0.0[j][l] += across.scale(a[j] * a[l]);
+                    }
+                }
+                filter.apply(&terms.0)
+            }
         }
     }
 
@@ -288,6 +307,11 @@ impl<T: Real> FiberTerm<T> {
 }
 
 impl<T: Real> Pull<T> {
+    /// I − u uᵀ.
+    #[inline(always)]
+    fn across(&self) -> Mat<T, 3> {
+        Mat::identity() - Mat::outer(self.u, self.u)
+    }
     /// T/λ (I − u uᵀ) + T′ u uᵀ for the plain stretch.
     #[inline(always)]
     fn kernel(&self, filter: DefinitenessFilter) -> Mat<T, 3> {

@@ -1,6 +1,6 @@
 //! The frame of the singular vectors against the direct formulas.
 
-use crate::numbers::{Numbers, error, norm, tensor_error};
+use crate::numbers::{Numbers, error, norm, tensor_error, tensor_norm};
 use fem_kinematics::{Mat, Tensor4, signed_svd};
 use fem_materials::curves::BuiltinCurve;
 use fem_materials::isotropic::{
@@ -205,5 +205,5 @@ fn corotated_models_are_finite_where_the_rotation_is_not_determined() {
         lambda: 1.0,
     }))
     .stress_derivative(&F);
-    assert!(tensor_error(&derivative, &derivative) == 0.0);
+    assert!(tensor_norm(&derivative).is_finite());
 }

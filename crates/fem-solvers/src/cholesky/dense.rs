@@ -41,6 +41,14 @@ impl FactorScalar for f32 {
     }
 }
 
+/// Columns eliminated at a time in a wide front.
+const PANEL: usize = 512;
+/// Multiplications above which an update is split in two tasks. The split depends on sizes alone and
+/// every part runs on one thread, so that the bits do not depend on the number of threads.
+const SPLIT: usize = 40_000_000;
+/// Narrowest part worth a task.
+const NARROW: usize = 128;
+
 /// Eliminates the first `columns` of a front of `height` rows: `panel` becomes the columns of `L`,
 /// `update` (column-major, lower half, `height − columns` squared) loses `L₂₁ L₂₁ᵀ`.
 ///
@@ -51,48 +59,104 @@ pub(super) fn eliminate<T: FactorScalar>(
     columns: usize,
     update: &mut [T],
 ) -> Result<(), usize> {
+    let mut panel = MatMut::from_column_major_slice_mut(panel, height, columns);
+    let mut begin = 0;
+    while begin < columns {
+        let left = columns - begin;
+        let width = if left <= PANEL + NARROW { left } else { PANEL };
+        let trailing = panel
+            .rb_mut()
+            .submatrix_mut(begin, begin, height - begin, left);
+        let (current, rest) = trailing.split_at_col_mut(width);
+        let (mut pivot, mut below) = current.split_at_row_mut(width);
+        factor_pivot(pivot.rb_mut()).map_err(|k| begin + k)?;
+        solve_rows(pivot.rb(), below.rb_mut());
+        if left > width {
+            subtract_square(rest.split_at_row_mut(width).1, below.rb());
+        }
+        begin += width;
+    }
     let rows = height - columns;
-    let panel = MatMut::from_column_major_slice_mut(panel, height, columns);
-    let (mut pivot, mut below) = panel.split_at_row_mut(columns);
-    let mut memory = MemBuffer::new(llt::cholesky_in_place_scratch::<T>(
-        columns,
-        Par::Seq,
-        Default::default(),
-    ));
+    if rows > 0 {
+        let below = panel.rb().split_at_row(columns).1;
+        subtract_square(
+            MatMut::from_column_major_slice_mut(update, rows, rows),
+            below,
+        );
+    }
+    Ok(())
+}
+
+/// `A = L Lᵀ` in place, lower half.
+fn factor_pivot<T: FactorScalar>(mut pivot: MatMut<'_, T>) -> Result<(), usize> {
+    let n = pivot.nrows();
+    let scratch = llt::cholesky_in_place_scratch::<T>(n, Par::Seq, Default::default());
     llt::cholesky_in_place(
         pivot.rb_mut(),
         Default::default(),
         Par::Seq,
-        MemStack::new(&mut memory),
+        MemStack::new(&mut MemBuffer::new(scratch)),
         Default::default(),
     )
     .map_err(|llt::LltError::NonPositivePivot { index }| index)?;
     // Never trust a return alone: a NaN pivot must not pass.
-    for j in 0..columns {
-        let d = pivot[(j, j)].to_f64();
-        if !(d > 0.0 && d.is_finite()) {
-            return Err(j);
-        }
+    match (0..n).find(|&j| !(pivot[(j, j)].to_f64() > 0.0 && pivot[(j, j)].to_f64().is_finite())) {
+        None => Ok(()),
+        Some(j) => Err(j),
     }
-    if rows > 0 {
-        triangular_solve::solve_lower_triangular_in_place(
-            pivot.rb(),
-            below.rb_mut().transpose_mut(),
-            Par::Seq,
+}
+
+/// `B ← B L⁻ᵀ`, by rows.
+fn solve_rows<T: FactorScalar>(l: MatRef<'_, T>, mut b: MatMut<'_, T>) {
+    let rows = b.nrows();
+    if rows == 0 {
+        return;
+    }
+    if rows * l.nrows() * l.nrows() > SPLIT && rows >= 2 * NARROW {
+        let (top, bottom) = b.split_at_row_mut(rows / 2);
+        rayon::join(|| solve_rows(l, top), || solve_rows(l, bottom));
+    } else {
+        triangular_solve::solve_lower_triangular_in_place(l, b.rb_mut().transpose_mut(), Par::Seq);
+    }
+}
+
+/// `C ← C − A A₁ᵀ` on and below the diagonal of `C` (`p × q`, `p ≥ q`), with `A₁` the first `q` rows of `A`.
+fn subtract_square<T: FactorScalar>(c: MatMut<'_, T>, a: MatRef<'_, T>) {
+    let (p, q) = (c.nrows(), c.ncols());
+    if p * q * a.ncols() > SPLIT && q >= 2 * NARROW {
+        let half = q / 2;
+        let (left, right) = c.split_at_col_mut(half);
+        let right = right.split_at_row_mut(half).1;
+        rayon::join(
+            || subtract_square(left, a),
+            || subtract_square(right, a.split_at_row(half).1),
         );
-        triangular::matmul(
-            MatMut::from_column_major_slice_mut(update, rows, rows),
-            BlockStructure::TriangularLower,
+        return;
+    }
+    let (square, below) = c.split_at_row_mut(q);
+    let (a_square, a_below) = a.split_at_row(q);
+    let minus_one = T::from_f64(-1.0);
+    triangular::matmul(
+        square,
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        a_square,
+        BlockStructure::Rectangular,
+        a_square.transpose(),
+        BlockStructure::Rectangular,
+        minus_one,
+        Par::Seq,
+    );
+    if p > q {
+        matmul::matmul(
+            below,
             Accum::Add,
-            below.rb(),
-            BlockStructure::Rectangular,
-            below.rb().transpose(),
-            BlockStructure::Rectangular,
-            T::from_f64(-1.0),
+            a_below,
+            a_square.transpose(),
+            minus_one,
             Par::Seq,
         );
     }
-    Ok(())
 }
 
 /// `x ← L₁₁⁻¹ x`, then `z ← z − L₂₁ x`.

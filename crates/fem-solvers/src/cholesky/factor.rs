@@ -40,7 +40,7 @@ pub enum CholeskyError {
 /// `P A Pᵀ = L Lᵀ` with `L` in precision `T`.
 ///
 /// The bits of `L` do not depend on the number of threads: contributions are added in the order of
-/// the children, and every kernel runs on one thread.
+/// the children, and large kernels are cut by size alone.
 #[derive(Clone, Debug)]
 pub struct CholeskyFactor<T, const D: usize> {
     pub(super) symbolic: Arc<SymbolicCholesky<D>>,

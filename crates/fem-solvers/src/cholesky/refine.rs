@@ -3,7 +3,7 @@
 use super::dense::FactorScalar;
 use super::factor::CholeskyFactor;
 use crate::operator::{LinearOperator, Preconditioner};
-use crate::vector::{axpy, first_non_finite, norm};
+use crate::vector::{axpy, first_non_finite, norm, norm_inf};
 use thiserror::Error;
 
 /// When iterative refinement stops.
@@ -137,7 +137,16 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
 /// A factor of a nearby matrix, or of lower precision, as a preconditioner.
 impl<T: FactorScalar, const D: usize> Preconditioner for CholeskyFactor<T, D> {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
-        z.copy_from_slice(r);
+        // Scaled to unit size, so that a small residual does not underflow in f32.
+        let scale = norm_inf(r);
+        if scale == 0.0 {
+            z.fill(0.0);
+            return;
+        }
+        for (z, r) in z.iter_mut().zip(r) {
+            *z = r / scale;
+        }
         self.solve_in_place(z);
+        z.iter_mut().for_each(|v| *v *= scale);
     }
 }

@@ -2,9 +2,13 @@
 
 use super::dense::{FactorScalar, backward, forward};
 use super::elimination_tree::NO_PARENT;
-use super::factor::CholeskyFactor;
+use super::factor::{CholeskyFactor, TASK_DEPTH};
 use super::symbolic::Supernode;
 use faer::{MatMut, MatRef};
+use rayon::prelude::*;
+
+/// Panel scalars times columns below which a subtree is one task.
+const TASK_SCALARS: usize = 400_000;
 
 impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
     /// `x ← A⁻¹ x`.
@@ -16,6 +20,8 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
     }
 
     /// `X ← A⁻¹ X` for `ncols` right-hand sides, column-major, as one block solve.
+    ///
+    /// Parallel over the elimination tree; the bits do not depend on the number of threads.
     ///
     /// # Panics
     /// If `x` does not hold `ncols` columns as long as the matrix.
@@ -29,85 +35,242 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         if n == 0 || ncols == 0 {
             return;
         }
-        let order = self.symbolic.permutation.order();
+        let sweep = Sweep {
+            factor: self,
+            ncols,
+        };
         let mut y = vec![T::from_f64(0.0); n * ncols];
-        for (y, x) in y.chunks_mut(n).zip(x.chunks(n)) {
-            for (new, &old) in order.iter().enumerate() {
-                for r in 0..D {
-                    y[D * new + r] = T::from_f64(x[D * old as usize + r]);
-                }
-            }
-        }
-        self.forward_all(&mut y, ncols);
-        self.backward_all(&mut y, ncols);
-        for (y, x) in y.chunks(n).zip(x.chunks_mut(n)) {
-            for (new, &old) in order.iter().enumerate() {
-                for r in 0..D {
-                    x[D * old as usize + r] = y[D * new + r].to_f64();
-                }
-            }
-        }
+        sweep.permute(&mut y, |y, at| *y = T::from_f64(x[at]));
+        let roots: Vec<usize> = (0..self.symbolic.supernodes.len())
+            .filter(|&s| self.symbolic.supernodes[s].parent == NO_PARENT)
+            .collect();
+        sweep.forward_children(&roots, &mut y, 0);
+        sweep.backward_children(&roots, &mut y, None, 0);
+        sweep.permute(&mut y, |y, at| x[at] = y.to_f64());
+    }
+}
+
+/// One pass over the tree. The vectors are stored front by front: the columns of a front, as a
+/// column-major `width × ncols` matrix, then those of the next, so that a subtree is one slice.
+struct Sweep<'a, T, const D: usize> {
+    factor: &'a CholeskyFactor<T, D>,
+    ncols: usize,
+}
+
+/// What a parent's front holds: its own unknowns and those of its rows, column-major.
+#[derive(Clone, Copy)]
+struct Front<'a, T> {
+    node: &'a Supernode,
+    own: &'a [T],
+    rows: &'a [T],
+}
+
+impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
+    fn node(&self, s: usize) -> &'a Supernode {
+        &self.factor.symbolic.supernodes[s]
     }
 
-    fn panel(&self, node: &Supernode) -> &[T] {
-        &self.panels[node.panel..node.panel + D * D * node.height() * node.width()]
+    fn panel(&self, node: &Supernode) -> &'a [T] {
+        &self.factor.panels[node.panel..node.panel + D * D * node.height() * node.width()]
     }
 
-    fn forward_all(&self, y: &mut [T], ncols: usize) {
-        let n = self.symbolic.dim();
-        for node in &self.symbolic.supernodes {
-            let (columns, rows) = (D * node.width(), D * node.rows.len());
-            let mut z = vec![T::from_f64(0.0); rows * ncols];
-            let x = MatMut::from_column_major_slice_mut(y, n, ncols)
-                .subrows_mut(D * node.columns.start, columns);
-            forward(
-                self.panel(node),
-                columns + rows,
-                columns,
-                x,
-                MatMut::from_column_major_slice_mut(&mut z, rows, ncols),
-            );
-            if rows == 0 {
-                continue;
-            }
-            for (y, z) in y.chunks_mut(n).zip(z.chunks(rows)) {
-                for (k, &row) in node.rows.iter().enumerate() {
-                    for r in 0..D {
-                        y[D * row as usize + r] += z[D * k + r];
+    /// Calls `f(entry of y, index into the caller's columns)` for every entry.
+    fn permute(&self, y: &mut [T], mut f: impl FnMut(&mut T, usize)) {
+        let n = self.factor.symbolic.dim();
+        let order = self.factor.symbolic.permutation.order();
+        let mut y = y.iter_mut();
+        for node in &self.factor.symbolic.supernodes {
+            for c in 0..self.ncols {
+                for &old in &order[node.columns.clone()] {
+                    for (r, y) in y.by_ref().take(D).enumerate() {
+                        f(y, c * n + D * old as usize + r);
                     }
                 }
             }
         }
-        debug_assert!(
-            self.symbolic
-                .supernodes
-                .last()
-                .is_none_or(|s| s.parent == NO_PARENT)
-        );
     }
 
-    fn backward_all(&self, y: &mut [T], ncols: usize) {
-        let n = self.symbolic.dim();
-        for node in self.symbolic.supernodes.iter().rev() {
-            let (columns, rows) = (D * node.width(), D * node.rows.len());
-            let mut z = vec![T::from_f64(0.0); rows * ncols];
-            if rows > 0 {
-                for (y, z) in y.chunks(n).zip(z.chunks_mut(rows)) {
-                    for (k, &row) in node.rows.iter().enumerate() {
-                        z[D * k..D * k + D]
-                            .copy_from_slice(&y[D * row as usize..D * row as usize + D]);
+    /// Scalars of `y` that belong to the subtree of `s`.
+    fn subtree_len(&self, s: usize) -> usize {
+        let first = self.node(self.node(s).subtree).columns.start;
+        D * self.ncols * (self.node(s).columns.end - first)
+    }
+
+    fn is_one_task(&self, s: usize, depth: usize) -> bool {
+        let node = self.node(s);
+        let end = node.panel + D * D * node.height() * node.width();
+        (end - self.node(node.subtree).panel) * self.ncols < TASK_SCALARS || depth >= TASK_DEPTH
+    }
+
+    fn split<'b>(&self, nodes: &[usize], y: &'b mut [T]) -> Vec<(usize, &'b mut [T])> {
+        let mut rest = y;
+        let mut parts = Vec::with_capacity(nodes.len());
+        for &s in nodes {
+            let (own, tail) = rest.split_at_mut(self.subtree_len(s));
+            parts.push((s, own));
+            rest = tail;
+        }
+        parts
+    }
+
+    /// Solves with `L` in several subtrees; returns what each subtracts from the rows above it.
+    fn forward_children(&self, nodes: &[usize], y: &mut [T], depth: usize) -> Vec<Vec<T>> {
+        let parts = self.split(nodes, y);
+        if parts.len() == 1 {
+            return parts
+                .into_iter()
+                .map(|(s, y)| self.forward_subtree(s, y, depth))
+                .collect();
+        }
+        parts
+            .into_par_iter()
+            .map(|(s, y)| self.forward_subtree(s, y, depth))
+            .collect()
+    }
+
+    fn forward_subtree(&self, s: usize, y: &mut [T], depth: usize) -> Vec<T> {
+        let node = self.node(s);
+        if self.is_one_task(s, depth) {
+            let mut stack: Vec<Vec<T>> = Vec::new();
+            let mut rest = y;
+            for t in node.subtree..=s {
+                let node = self.node(t);
+                let (own, tail) = rest.split_at_mut(D * self.ncols * node.width());
+                rest = tail;
+                let first = stack.len() - node.children.len();
+                let rows = self.forward_front(node, own, &stack[first..]);
+                stack.truncate(first);
+                stack.push(rows);
+            }
+            return stack.pop().unwrap_or_default();
+        }
+        let (below, own) = y.split_at_mut(y.len() - D * self.ncols * node.width());
+        let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
+        let updates = self.forward_children(&children, below, depth + 1);
+        self.forward_front(node, own, &updates)
+    }
+
+    fn forward_front(&self, node: &Supernode, own: &mut [T], updates: &[Vec<T>]) -> Vec<T> {
+        let (width, height) = (D * node.width(), D * node.rows.len());
+        let mut rows = vec![T::from_f64(0.0); height * self.ncols];
+        for (&child, update) in node.children.iter().zip(updates) {
+            let child = self.node(child as usize);
+            let child_height = D * child.rows.len();
+            for c in 0..self.ncols {
+                for run in &child.runs {
+                    let (from, to, len) = (
+                        D * run.from as usize,
+                        D * run.to as usize,
+                        D * run.len as usize,
+                    );
+                    let source = &update[c * child_height + from..][..len];
+                    let target = if to < width {
+                        &mut own[c * width + to..][..len]
+                    } else {
+                        &mut rows[c * height + to - width..][..len]
+                    };
+                    for (t, s) in target.iter_mut().zip(source) {
+                        *t += *s;
                     }
                 }
             }
-            let x = MatMut::from_column_major_slice_mut(y, n, ncols)
-                .subrows_mut(D * node.columns.start, columns);
-            backward(
-                self.panel(node),
-                columns + rows,
-                columns,
-                x,
-                MatRef::from_column_major_slice(&z, rows, ncols),
-            );
         }
+        let x = MatMut::from_column_major_slice_mut(own, width, self.ncols);
+        let z = MatMut::from_column_major_slice_mut(&mut rows, height, self.ncols);
+        forward(self.panel(node), width + height, width, x, z);
+        rows
+    }
+
+    /// Solves with `Lᵀ` in several subtrees below a front that is solved.
+    fn backward_children(
+        &self,
+        nodes: &[usize],
+        y: &mut [T],
+        parent: Option<Front<'_, T>>,
+        depth: usize,
+    ) {
+        let parts = self.split(nodes, y);
+        if parts.len() == 1 {
+            parts
+                .into_iter()
+                .for_each(|(s, y)| self.backward_subtree(s, y, parent, depth));
+        } else {
+            parts
+                .into_par_iter()
+                .for_each(|(s, y)| self.backward_subtree(s, y, parent, depth));
+        }
+    }
+
+    fn backward_subtree(&self, s: usize, y: &mut [T], parent: Option<Front<'_, T>>, depth: usize) {
+        let node = self.node(s);
+        let (below, own) = y.split_at_mut(y.len() - D * self.ncols * node.width());
+        let rows = self.backward_front(node, own, parent);
+        if !self.is_one_task(s, depth) {
+            let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
+            self.backward_children(
+                &children,
+                below,
+                Some(Front {
+                    node,
+                    own,
+                    rows: &rows,
+                }),
+                depth + 1,
+            );
+            return;
+        }
+        // Parents before children: reverse postorder, every front's rows kept for its children.
+        let first = node.subtree;
+        let mut kept: Vec<Vec<T>> = vec![Vec::new(); s + 1 - first];
+        kept[s - first] = rows;
+        let start = self.node(first).columns.start;
+        for t in (first..s).rev() {
+            let node = self.node(t);
+            let above = self.node(node.parent as usize);
+            let (head, tail) = y.split_at_mut(D * self.ncols * (node.columns.end - start));
+            let own_len = D * self.ncols * node.width();
+            let own_begin = head.len() - own_len;
+            let above_begin = D * self.ncols * (above.columns.start - node.columns.end);
+            let front = Front {
+                node: above,
+                own: &tail[above_begin..above_begin + D * self.ncols * above.width()],
+                rows: &kept[node.parent as usize - first],
+            };
+            let rows = self.backward_front(node, &mut head[own_begin..], Some(front));
+            kept[t - first] = rows;
+        }
+    }
+
+    fn backward_front(
+        &self,
+        node: &Supernode,
+        own: &mut [T],
+        parent: Option<Front<'_, T>>,
+    ) -> Vec<T> {
+        let (width, height) = (D * node.width(), D * node.rows.len());
+        let mut rows = vec![T::from_f64(0.0); height * self.ncols];
+        if let Some(parent) = parent {
+            let (parent_width, parent_height) =
+                (D * parent.node.width(), D * parent.node.rows.len());
+            for c in 0..self.ncols {
+                for run in &node.runs {
+                    let (from, to, len) = (
+                        D * run.from as usize,
+                        D * run.to as usize,
+                        D * run.len as usize,
+                    );
+                    let source = if to < parent_width {
+                        &parent.own[c * parent_width + to..][..len]
+                    } else {
+                        &parent.rows[c * parent_height + to - parent_width..][..len]
+                    };
+                    rows[c * height + from..][..len].copy_from_slice(source);
+                }
+            }
+        }
+        let x = MatMut::from_column_major_slice_mut(own, width, self.ncols);
+        let z = MatRef::from_column_major_slice(&rows, height, self.ncols);
+        backward(self.panel(node), width + height, width, x, z);
+        rows
     }
 }

@@ -93,7 +93,13 @@ impl<const D: usize> SymbolicCholesky<D> {
         Self::with_permutation(pattern, &nested_dissection(pattern, Some(coordinates)))
     }
 
-    fn with_permutation(pattern: &Arc<BlockPattern>, ordering: &Permutation) -> Self {
+    /// Analyses a pattern in an order of the caller's; a postorder of its elimination tree is used,
+    /// which has the same fill.
+    ///
+    /// # Panics
+    /// If the permutation is not as long as the pattern has block rows.
+    pub fn with_permutation(pattern: &Arc<BlockPattern>, ordering: &Permutation) -> Self {
+        assert_eq!(ordering.len(), pattern.blocks(), "one place per block row");
         let graph = Graph::of_pattern(pattern);
         // Postorder, so that supernodes are runs of columns.
         let parent = parents(&graph, ordering);

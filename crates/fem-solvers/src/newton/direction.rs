@@ -7,7 +7,7 @@ use super::{
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyError, CholeskyFactor, SymbolicCholesky};
 use crate::dense_qr::PivotedQr;
-use crate::operator::AssumedPositiveDefinite;
+use crate::operator::{AssumedPositiveDefinite, Preconditioner};
 use crate::pcg::{PcgError, PcgParams, pcg};
 use crate::preconditioner::{BlockIc0, BlockJacobi, Identity, PreconditionerError};
 use crate::vector::{dot, first_non_finite};
@@ -25,6 +25,8 @@ pub(super) struct Workspace<const D: usize> {
     pub symbolic: Option<Arc<SymbolicCholesky<D>>>,
     pub coordinates: Option<Vec<[f64; D]>>,
     pub factor: Option<CholeskyFactor<f64, D>>,
+    /// The last single-precision factor, of an earlier step or an earlier solve.
+    pub single: Option<CholeskyFactor<f32, D>>,
     pub matrix: BlockSymmetric<D>,
     /// Set once conjugate gradients proved dearer than factorising.
     pub prefer_direct: bool,
@@ -71,6 +73,7 @@ impl<const D: usize> Workspace<D> {
     ) -> Result<Direction, NewtonFailure> {
         let stages: &[Definiteness] = match params.definiteness {
             DefinitenessPolicy::ExactFirst => &[Definiteness::Exact, Definiteness::Projected],
+            DefinitenessPolicy::ExactThenAbsolute => &[Definiteness::Exact, Definiteness::Absolute],
             DefinitenessPolicy::AlwaysProjected => &[Definiteness::Projected],
         };
         let mut result = Direction {
@@ -143,6 +146,7 @@ impl<const D: usize> Workspace<D> {
     ) -> Result<bool, NewtonFailure> {
         match params.linear_solver {
             LinearSolver::Direct => self.direct(rhs, result),
+            LinearSolver::DirectSingle => self.single(rhs, forcing, result),
             LinearSolver::QrLeastSquares => self.dense_qr(rhs, result),
             LinearSolver::Pcg {
                 preconditioner,
@@ -157,8 +161,11 @@ impl<const D: usize> Workspace<D> {
             }
             LinearSolver::Auto => {
                 let flops = self.symbolic().flops();
-                if self.prefer_direct || flops < CHEAP_FACTOR {
+                if flops < CHEAP_FACTOR {
                     return self.direct(rhs, result);
+                }
+                if self.prefer_direct {
+                    return self.single(rhs, forcing, result);
                 }
                 // One iteration moves the matrix and its incomplete factor, the latter twice.
                 let bytes = 3.0 * (8 * D * D * self.matrix.pattern().stored()) as f64;
@@ -174,7 +181,7 @@ impl<const D: usize> Workspace<D> {
                     Outcome::Indefinite => Ok(false),
                     Outcome::TooSlow => {
                         self.prefer_direct = true;
-                        self.direct(rhs, result)
+                        self.single(rhs, forcing, result)
                     }
                 }
             }
@@ -211,6 +218,47 @@ impl<const D: usize> Workspace<D> {
         Ok(good)
     }
 
+    /// Conjugate gradients on an `f32` factor: the last one while it serves, then a fresh one.
+    fn single(
+        &mut self,
+        rhs: &[f64],
+        forcing: f64,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        let symbolic = self.symbolic().clone();
+        if let Some(stale) = &self.single {
+            let budget = stale_budget(&symbolic);
+            match conjugate(&self.matrix, stale, rhs, forcing, budget, result)? {
+                Outcome::Done => return Ok(true),
+                Outcome::Indefinite => return Ok(false),
+                Outcome::TooSlow => {}
+            }
+        }
+        let mut factor = match self.single.take() {
+            Some(factor) => factor,
+            None => CholeskyFactor::allocate(&symbolic),
+        };
+        result.factorizations += 1;
+        if factor.refactor(&self.matrix).is_err() {
+            // Indefinite, or definite but not in single precision: double precision knows.
+            return self.direct(rhs, result);
+        }
+        let fresh = self.single.insert(factor);
+        // One or two iterations of a fresh factor are worth a nearly exact step.
+        match conjugate(
+            &self.matrix,
+            fresh,
+            rhs,
+            forcing.min(1e-4),
+            FRESH_BUDGET,
+            result,
+        )? {
+            Outcome::Done => Ok(true),
+            Outcome::Indefinite => Ok(false),
+            Outcome::TooSlow => self.direct(rhs, result),
+        }
+    }
+
     fn iterative(
         &mut self,
         rhs: &[f64],
@@ -219,56 +267,82 @@ impl<const D: usize> Workspace<D> {
         budget: usize,
         result: &mut Direction,
     ) -> Result<Outcome, NewtonFailure> {
-        let op = AssumedPositiveDefinite(&self.matrix);
-        let params = PcgParams {
-            relative_tolerance: forcing,
-            max_iterations: budget,
-            ..PcgParams::default()
-        };
-        let mut dx = vec![0.0; rhs.len()];
-        let outcome = match preconditioner {
-            PreconditionerChoice::Identity => pcg(&op, &Identity, rhs, &mut dx, &params),
-            PreconditionerChoice::BlockJacobi => match BlockJacobi::new(&self.matrix) {
-                Ok(m) => pcg(&op, &m, rhs, &mut dx, &params),
-                Err(PreconditionerError::NonFinite { block }) => {
-                    return Err(PreconditionerError::NonFinite { block }.into());
-                }
-                Err(_) => return Ok(Outcome::Indefinite),
+        let matrix = &self.matrix;
+        match preconditioner {
+            PreconditionerChoice::Identity => {
+                conjugate(matrix, &Identity, rhs, forcing, budget, result)
+            }
+            PreconditionerChoice::BlockJacobi => match BlockJacobi::new(matrix) {
+                Ok(m) => conjugate(matrix, &m, rhs, forcing, budget, result),
+                Err(error) => no_preconditioner(error),
             },
-            PreconditionerChoice::BlockIc0 => match BlockIc0::new(&self.matrix) {
-                Ok(m) => pcg(&op, &m, rhs, &mut dx, &params),
-                Err(PreconditionerError::NonFinite { block }) => {
-                    return Err(PreconditionerError::NonFinite { block }.into());
-                }
-                Err(_) => return Ok(Outcome::Indefinite),
+            PreconditionerChoice::BlockIc0 => match BlockIc0::new(matrix) {
+                Ok(m) => conjugate(matrix, &m, rhs, forcing, budget, result),
+                Err(error) => no_preconditioner(error),
             },
-        };
-        match outcome {
-            Ok(info) => {
-                result.linear_iterations += info.iterations;
-                let good = descends(&dx, rhs);
-                result.dx = dx;
-                Ok(if good {
-                    Outcome::Done
-                } else {
-                    Outcome::Indefinite
-                })
-            }
-            Err(
-                PcgError::NegativeCurvature { iteration, .. }
-                | PcgError::Preconditioner { iteration },
-            ) => {
-                result.linear_iterations += iteration;
-                Ok(Outcome::Indefinite)
-            }
-            Err(
-                PcgError::NotConverged { iterations, .. } | PcgError::Stagnated { iterations, .. },
-            ) => {
-                result.linear_iterations += iterations;
-                Ok(Outcome::TooSlow)
-            }
-            Err(error) => Err(error.into()),
         }
+    }
+}
+
+/// Iterations on a fresh single-precision factor before double precision takes over.
+const FRESH_BUDGET: usize = 40;
+
+/// Iterations on an old factor that cost about a third of a new one: a factorisation does some
+/// 70 flops in the time in which a solve reads one entry of the factor.
+fn stale_budget<const D: usize>(symbolic: &SymbolicCholesky<D>) -> usize {
+    ((symbolic.flops() / (70.0 * symbolic.fill().max(1) as f64) / 3.0) as usize).clamp(3, 12)
+}
+
+/// Conjugate gradients on trust; the verdict on what they met.
+fn conjugate<const D: usize>(
+    matrix: &BlockSymmetric<D>,
+    preconditioner: &impl Preconditioner,
+    rhs: &[f64],
+    forcing: f64,
+    budget: usize,
+    result: &mut Direction,
+) -> Result<Outcome, NewtonFailure> {
+    let op = AssumedPositiveDefinite(matrix);
+    let params = PcgParams {
+        relative_tolerance: forcing,
+        max_iterations: budget,
+        ..PcgParams::default()
+    };
+    let mut dx = vec![0.0; rhs.len()];
+    match pcg(&op, preconditioner, rhs, &mut dx, &params) {
+        Ok(info) => {
+            result.linear_iterations += info.iterations;
+            let good = descends(&dx, rhs);
+            result.dx = dx;
+            Ok(if good {
+                Outcome::Done
+            } else {
+                Outcome::Indefinite
+            })
+        }
+        Err(PcgError::NegativeCurvature { iteration, .. }) => {
+            result.linear_iterations += iteration;
+            Ok(Outcome::Indefinite)
+        }
+        Err(
+            PcgError::NotConverged { iterations, .. }
+            | PcgError::Stagnated { iterations, .. }
+            | PcgError::Preconditioner {
+                iteration: iterations,
+            },
+        ) => {
+            result.linear_iterations += iterations;
+            Ok(Outcome::TooSlow)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Without a definite preconditioner the matrix is indefinite or nearly so.
+fn no_preconditioner(error: PreconditionerError) -> Result<Outcome, NewtonFailure> {
+    match error {
+        PreconditionerError::NonFinite { .. } => Err(error.into()),
+        _ => Ok(Outcome::Indefinite),
     }
 }
 

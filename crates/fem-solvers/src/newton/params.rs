@@ -10,6 +10,10 @@ use thiserror::Error;
 pub enum LinearSolver {
     /// Sparse Cholesky, `f64`.
     Direct,
+    /// Sparse Cholesky in `f32`, made exact by conjugate gradients in `f64`: half the time and memory.
+    /// The factor is kept for later steps and solves as long as a few iterations on it suffice, so
+    /// that neighbouring frames of a sequence often need no factorisation at all.
+    DirectSingle,
     /// Inexact Newton: conjugate gradients to the accuracy that the current step deserves
     /// (Eisenstat & Walker 1996, choice 2).
     Pcg {
@@ -20,8 +24,9 @@ pub enum LinearSolver {
     },
     /// Dense QR: the least-squares solution of `K dx = −g` (doc 000, section 5.1), of small systems only.
     QrLeastSquares,
-    /// Starts with the cheaper of the two by an operation count and changes to Cholesky when the
-    /// conjugate gradients of one step cost more than a factorisation.
+    /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0) until
+    /// one step takes as many operations as a factorisation, from then on, for the life of the
+    /// solver, [`DirectSingle`](Self::DirectSingle). The choice rests on counts, not on clocks.
     Auto,
 }
 
@@ -41,6 +46,8 @@ pub enum PreconditionerChoice {
 pub enum DefinitenessPolicy {
     /// The exact one first; the projected one for a step whose matrix shows negative curvature.
     ExactFirst,
+    /// The exact one first; with absolute eigenvalues for a step whose matrix shows negative curvature.
+    ExactThenAbsolute,
     /// Always the projected one.
     AlwaysProjected,
 }

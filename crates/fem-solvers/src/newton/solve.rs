@@ -32,6 +32,7 @@ impl<const D: usize> Newton<D> {
                 symbolic: None,
                 coordinates: problem.coordinates(),
                 factor: None,
+                single: None,
                 matrix,
                 prefer_direct: false,
             },

@@ -19,7 +19,19 @@ pub struct Permutation {
 }
 
 impl Permutation {
-    /// From the list "new place → old index", which must hold every index once.
+    /// From the list "new place → old index"; `None` unless it holds every index once.
+    pub fn new(order: Vec<u32>) -> Option<Self> {
+        let mut seen = vec![Seen::No; order.len()];
+        for &old in &order {
+            match seen.get_mut(old as usize) {
+                Some(slot @ Seen::No) => *slot = Seen::Yes,
+                _ => return None,
+            }
+        }
+        Some(Self::from_order(order))
+    }
+
+    /// [`new`](Self::new) for lists that are permutations by construction.
     pub(crate) fn from_order(order: Vec<u32>) -> Self {
         let mut position = vec![0; order.len()];
         for (new, &old) in order.iter().enumerate() {
@@ -47,4 +59,10 @@ impl Permutation {
     pub fn position(&self) -> &[u32] {
         &self.position
     }
+}
+
+#[derive(Clone, Copy)]
+enum Seen {
+    No,
+    Yes,
 }

@@ -1,0 +1,544 @@
+//! Newton's method on small problems with known minima.
+
+mod common;
+
+use fem_solvers::{
+    BlockPattern, BlockSymmetric, Definiteness, LinearSolver, Merit, Newton, NewtonFailure,
+    NewtonParams, NonlinearProblem, PreconditionerChoice, StopReason,
+};
+use std::sync::Arc;
+
+/// `Σ_i (1 − x_{2i})² + 100 (x_{2i+1} − x_{2i}²)²`, coupled along the chain by `½ c (x_{2i+1} − x_{2i+2})²`.
+struct Rosenbrock {
+    pattern: Arc<BlockPattern>,
+    coupling: f64,
+}
+
+impl Rosenbrock {
+    fn new(blocks: usize, coupling: f64) -> Self {
+        let pattern =
+            BlockPattern::from_adjacency(blocks, (1..blocks).map(|i| (i - 1, i))).unwrap();
+        Self {
+            pattern: Arc::new(pattern),
+            coupling,
+        }
+    }
+}
+
+impl NonlinearProblem<2> for Rosenbrock {
+    fn blocks(&self) -> usize {
+        self.pattern.blocks()
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.pattern.clone()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        let own: f64 = x
+            .chunks(2)
+            .map(|p| (1.0 - p[0]).powi(2) + 100.0 * (p[1] - p[0] * p[0]).powi(2))
+            .sum();
+        let links: f64 = (1..self.blocks())
+            .map(|i| (x[2 * i - 1] - x[2 * i]).powi(2))
+            .sum();
+        own + 0.5 * self.coupling * links
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        for (p, g) in x.chunks(2).zip(g.chunks_mut(2)) {
+            let gap = p[1] - p[0] * p[0];
+            g[0] = -2.0 * (1.0 - p[0]) - 400.0 * gap * p[0];
+            g[1] = 200.0 * gap;
+        }
+        for i in 1..self.blocks() {
+            let pull = self.coupling * (x[2 * i - 1] - x[2 * i]);
+            g[2 * i - 1] += pull;
+            g[2 * i] -= pull;
+        }
+    }
+    fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<2>) {
+        let pattern = self.pattern.clone();
+        out.values_mut().fill([[0.0; 2]; 2]);
+        for i in 0..self.blocks() {
+            let (a, b) = (x[2 * i], x[2 * i + 1]);
+            let full = 2.0 - 400.0 * (b - a * a) + 800.0 * a * a;
+            // Without the indefinite part: the Gauss-Newton matrix of the two squares.
+            let h = if definiteness == Definiteness::Exact {
+                full
+            } else {
+                2.0 + 800.0 * a * a
+            };
+            out.values_mut()[pattern.diagonal(i)] = [[h, -400.0 * a], [-400.0 * a, 200.0]];
+        }
+        for i in 1..self.blocks() {
+            let (d0, d1, off) = (
+                pattern.diagonal(i - 1),
+                pattern.diagonal(i),
+                pattern.find(i, i - 1).unwrap(),
+            );
+            out.values_mut()[d0][1][1] += self.coupling;
+            out.values_mut()[d1][0][0] += self.coupling;
+            out.values_mut()[off][0][1] -= self.coupling;
+        }
+    }
+}
+
+fn solvers() -> [LinearSolver; 7] {
+    let pcg = |preconditioner| LinearSolver::Pcg {
+        preconditioner,
+        max_iterations: 500,
+    };
+    [
+        LinearSolver::Direct,
+        LinearSolver::DirectSingle,
+        LinearSolver::Auto,
+        LinearSolver::QrLeastSquares,
+        pcg(PreconditionerChoice::Identity),
+        pcg(PreconditionerChoice::BlockJacobi),
+        pcg(PreconditionerChoice::BlockIc0),
+    ]
+}
+
+#[test]
+fn every_linear_solver_finds_the_minimum_of_rosenbrock() {
+    for linear_solver in solvers() {
+        let problem = Rosenbrock::new(1, 0.0);
+        let mut x = [-1.2, 1.0];
+        let params = NewtonParams {
+            linear_solver,
+            gradient_tolerance: 1e-12,
+            relative_gradient_tolerance: 0.0,
+            ..Default::default()
+        };
+        // Exact steps need 21; inexact ones, which stop early by design, more of cheaper ones.
+        let limit = if linear_solver == LinearSolver::Direct {
+            25
+        } else {
+            40
+        };
+        let info = Newton::new(&problem)
+            .solve(&problem, &mut x, &params)
+            .unwrap();
+        assert!(
+            (x[0] - 1.0).abs() < 1e-10 && (x[1] - 1.0).abs() < 1e-10,
+            "{linear_solver:?} {x:?}"
+        );
+        assert!(info.iterations <= limit, "{linear_solver:?} {info:?}");
+    }
+}
+
+#[test]
+fn an_indefinite_start_takes_projected_steps_and_then_none() {
+    let problem = Rosenbrock::new(40, 3.0);
+    // b > a²: negative curvature everywhere.
+    let mut x: Vec<f64> = (0..80)
+        .map(|i| if i % 2 == 0 { 0.1 } else { 2.0 })
+        .collect();
+    let mut seen = Vec::new();
+    let params = NewtonParams {
+        linear_solver: LinearSolver::Direct,
+        gradient_tolerance: 1e-11,
+        relative_gradient_tolerance: 0.0,
+        ..Default::default()
+    };
+    let info = Newton::new(&problem)
+        .solve_observed(&problem, &mut x, &params, &mut |i| seen.push(*i))
+        .unwrap();
+    assert!(info.projected_steps >= 1);
+    assert_eq!(seen.len(), info.iterations + 1);
+    assert_eq!(seen[1].definiteness, Definiteness::Projected);
+    assert_eq!(seen.last().unwrap().definiteness, Definiteness::Exact);
+    assert!(seen.windows(2).all(|w| w[1].energy <= w[0].energy + 1e-12));
+    assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-9), "{x:?}");
+    // Quadratic at the end: the last step more than squares.
+    let g: Vec<f64> = seen.iter().map(|i| i.gradient_norm).collect();
+    assert!(g[g.len() - 1] < 1e-2 * g[g.len() - 2]);
+}
+
+#[test]
+fn a_second_solve_with_the_same_object_starts_from_the_last_answer_for_free() {
+    let problem = Rosenbrock::new(10, 1.0);
+    let mut newton = Newton::new(&problem);
+    let params = NewtonParams {
+        gradient_tolerance: 1e-10,
+        relative_gradient_tolerance: 0.0,
+        ..Default::default()
+    };
+    let mut x = vec![0.5; 20];
+    newton.solve(&problem, &mut x, &params).unwrap();
+    let again = newton.solve(&problem, &mut x, &params).unwrap();
+    assert_eq!(
+        (again.iterations, again.factorizations, again.stop),
+        (0, 0, StopReason::Gradient)
+    );
+}
+
+/// `½ k Σ (x_i − x_{i−1} − 1)⁴ + offset`: stiff, huge constant, so that energies round.
+struct Offset(Rosenbrock, f64);
+
+impl NonlinearProblem<2> for Offset {
+    fn blocks(&self) -> usize {
+        self.0.blocks()
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.0.pattern()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        self.0.energy(x) + self.1
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        self.0.gradient(x, g);
+    }
+    fn hessian(&self, x: &[f64], d: Definiteness, out: &mut BlockSymmetric<2>) {
+        self.0.hessian(x, d, out);
+    }
+}
+
+#[test]
+fn gradients_fall_to_the_rounding_floor_though_energies_cannot_tell() {
+    for offset in [0.0, 1e3, 1e6, -1e9] {
+        for linear_solver in solvers() {
+            let problem = Offset(Rosenbrock::new(6, 2.0), offset);
+            let mut x = vec![0.7; 12];
+            let params = NewtonParams {
+                linear_solver,
+                gradient_tolerance: 1e-12,
+                relative_gradient_tolerance: 0.0,
+                ..Default::default()
+            };
+            let info = Newton::new(&problem).solve(&problem, &mut x, &params);
+            let info = info.unwrap_or_else(|e| panic!("{offset:e} {linear_solver:?}: {e}"));
+            assert!(info.gradient_norm <= 1e-12);
+        }
+    }
+}
+
+/// `−ln x − ln(2 − x)` per unknown plus a pull: domain (0, 2).
+struct Barrier {
+    pattern: Arc<BlockPattern>,
+    cap: Cap,
+}
+
+#[derive(PartialEq)]
+enum Cap {
+    None,
+    Known,
+}
+
+impl NonlinearProblem<1> for Barrier {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.pattern.clone()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        if x[0] > 0.0 && x[0] < 2.0 {
+            -x[0].ln() - (2.0 - x[0]).ln() - 50.0 * x[0]
+        } else {
+            f64::INFINITY
+        }
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g[0] = -1.0 / x[0] + 1.0 / (2.0 - x[0]) - 50.0;
+    }
+    fn hessian(&self, x: &[f64], _: Definiteness, out: &mut BlockSymmetric<1>) {
+        out.values_mut()[0] = [[x[0].powi(-2) + (2.0 - x[0]).powi(-2)]];
+    }
+    fn largest_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let room = if dx[0] > 0.0 { 2.0 - x[0] } else { x[0] };
+        if self.cap == Cap::Known && dx[0] != 0.0 {
+            (0.99 * room / dx[0].abs()).min(1.0)
+        } else {
+            1.0
+        }
+    }
+}
+
+#[test]
+fn infinite_energy_outside_the_domain_only_shortens_steps() {
+    // −1/x + 1/(2−x) = 50
+    let exact = {
+        let (mut lo, mut hi) = (1.0_f64, 2.0);
+        for _ in 0..200 {
+            let mid = 0.5 * (lo + hi);
+            if -1.0 / mid + 1.0 / (2.0 - mid) < 50.0 {
+                lo = mid
+            } else {
+                hi = mid
+            }
+        }
+        lo
+    };
+    for cap in [Cap::None, Cap::Known] {
+        let problem = Barrier {
+            pattern: Arc::new(BlockPattern::from_adjacency(1, []).unwrap()),
+            cap,
+        };
+        let mut x = [1.0];
+        let params = NewtonParams {
+            gradient_tolerance: 1e-9,
+            relative_gradient_tolerance: 0.0,
+            ..Default::default()
+        };
+        Newton::new(&problem)
+            .solve(&problem, &mut x, &params)
+            .unwrap();
+        assert!((x[0] - exact).abs() < 1e-12);
+        let mut outside = [2.5];
+        let error = Newton::new(&problem)
+            .solve(&problem, &mut outside, &params)
+            .unwrap_err();
+        assert!(
+            matches!(error.reason, NewtonFailure::OutsideDomain { .. }),
+            "{error}"
+        );
+        assert_eq!(outside, [2.5]);
+    }
+}
+
+/// A rotation-like field without an energy: `g = (x + y³ − 1, y − x/2)`; its symmetric part as matrix.
+struct Field(Arc<BlockPattern>);
+
+impl NonlinearProblem<2> for Field {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.0.clone()
+    }
+    fn energy(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g[0] = x[0] + 0.1 * x[1].powi(3) - 1.0;
+        g[1] = x[1] - 0.1 * x[0];
+    }
+    fn hessian(&self, x: &[f64], _: Definiteness, out: &mut BlockSymmetric<2>) {
+        let off = 0.5 * (0.3 * x[1] * x[1] - 0.1);
+        out.values_mut()[0] = [[1.0, off], [off, 1.0]];
+    }
+    fn merit(&self) -> Merit {
+        Merit::ResidualNorm
+    }
+}
+
+#[test]
+fn a_field_that_is_no_gradient_converges_by_its_norm() {
+    let problem = Field(Arc::new(BlockPattern::from_adjacency(1, []).unwrap()));
+    let mut x = [3.0, -2.0];
+    let params = NewtonParams {
+        gradient_tolerance: 1e-13,
+        relative_gradient_tolerance: 0.0,
+        ..Default::default()
+    };
+    Newton::new(&problem)
+        .solve(&problem, &mut x, &params)
+        .unwrap();
+    assert!((x[1] - 0.1 * x[0]).abs() < 1e-12 && (x[0] + 0.1 * x[1].powi(3) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn failures_say_where_and_leave_the_last_good_state() {
+    let problem = Rosenbrock::new(1, 0.0);
+    let start = [-1.2, 1.0];
+    let mut x = start;
+    let params = NewtonParams {
+        max_iterations: 3,
+        gradient_tolerance: 1e-12,
+        relative_gradient_tolerance: 0.0,
+        ..Default::default()
+    };
+    let error = Newton::new(&problem)
+        .solve(&problem, &mut x, &params)
+        .unwrap_err();
+    assert_eq!(error.reason, NewtonFailure::NotConverged);
+    assert_eq!(error.iteration, 3);
+    assert_eq!(error.energy, problem.energy(&x));
+    assert!(error.energy < problem.energy(&start));
+
+    let mut nan = [f64::NAN, 0.0];
+    let error = Newton::new(&problem)
+        .solve(&problem, &mut nan, &params)
+        .unwrap_err();
+    assert!(matches!(
+        error.reason,
+        NewtonFailure::NonFinite {
+            what: "the starting point",
+            index: 0
+        }
+    ));
+    let error = Newton::new(&problem)
+        .solve(&problem, &mut [0.0; 4], &params)
+        .unwrap_err();
+    assert_eq!(
+        error.reason,
+        NewtonFailure::Dimension {
+            found: 4,
+            expected: 2
+        }
+    );
+    let other = Rosenbrock::new(2, 1.0);
+    let error = Newton::new(&problem)
+        .solve(&other, &mut [0.0; 4], &params)
+        .unwrap_err();
+    assert_eq!(error.reason, NewtonFailure::PatternMismatch);
+    // An unreachable tolerance is an error with the gradient that was reached.
+    let mut x = start;
+    let params = NewtonParams {
+        relative_gradient_tolerance: 0.0,
+        gradient_tolerance: 1e-300,
+        ..Default::default()
+    };
+    let outcome = Newton::new(&problem).solve(&problem, &mut x, &params);
+    assert!(outcome.is_ok_and(|i| i.gradient_norm == 0.0) || (x[0] - 1.0).abs() < 1e-10);
+}
+
+#[test]
+fn a_problem_without_unknowns_is_solved() {
+    let problem = Rosenbrock::new(0, 0.0);
+    let info = Newton::new(&problem)
+        .solve(&problem, &mut [], &NewtonParams::default())
+        .unwrap();
+    assert_eq!(info.iterations, 0);
+}
+
+#[test]
+fn the_factor_at_the_solution_gives_sensitivities() {
+    // x(c) minimises Rosenbrock + coupling; compare dx/dcoupling with a difference.
+    let solve = |c: f64| {
+        let problem = Rosenbrock::new(5, c);
+        let mut x: Vec<f64> = (0..10).map(|i| 0.9 + 0.01 * i as f64).collect();
+        x[0] = 0.5;
+        let params = NewtonParams {
+            gradient_tolerance: 1e-12,
+            relative_gradient_tolerance: 0.0,
+            ..Default::default()
+        };
+        Newton::new(&problem)
+            .solve(&Pulled(&problem), &mut x, &params)
+            .unwrap();
+        x
+    };
+    let (c, h) = (2.0, 1e-4);
+    let x = solve(c);
+    let problem = Rosenbrock::new(5, c);
+    let mut newton = Newton::new(&problem);
+    // ∂g/∂c
+    let mut rhs = vec![0.0; 10];
+    for i in 1..5 {
+        let gap = x[2 * i - 1] - x[2 * i];
+        rhs[2 * i - 1] -= gap;
+        rhs[2 * i] += gap;
+    }
+    newton
+        .factor_at(&Pulled(&problem), &x)
+        .unwrap()
+        .solve_many(&mut rhs, 1);
+    let (plus, minus) = (solve(c + h), solve(c - h));
+    for i in 0..10 {
+        let difference = (plus[i] - minus[i]) / (2.0 * h);
+        assert!(
+            (rhs[i] - difference).abs() < 1e-7,
+            "{i}: {} {difference}",
+            rhs[i]
+        );
+    }
+}
+
+/// Rosenbrock with a load, so that the minimum depends on the coupling.
+struct Pulled<'a>(&'a Rosenbrock);
+
+impl NonlinearProblem<2> for Pulled<'_> {
+    fn blocks(&self) -> usize {
+        self.0.blocks()
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.0.pattern()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        self.0.energy(x) - 0.5 * x[0] - 0.3 * x[9]
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        self.0.gradient(x, g);
+        g[0] -= 0.5;
+        g[9] -= 0.3;
+    }
+    fn hessian(&self, x: &[f64], d: Definiteness, out: &mut BlockSymmetric<2>) {
+        self.0.hessian(x, d, out);
+    }
+}
+
+#[test]
+fn load_steps_shrink_on_failure_and_grow_on_success() {
+    use fem_solvers::{LoadSteppingError, LoadSteppingParams, walk_load};
+    let mut loads = Vec::new();
+    let mut x = 0.0_f64;
+    let info = walk_load(
+        &mut x,
+        &LoadSteppingParams::default(),
+        |load, x: &mut f64| {
+            loads.push(load);
+            let far = load - *x > 0.3;
+            *x = load;
+            if far { Err("too far") } else { Ok(()) }
+        },
+    )
+    .unwrap();
+    assert_eq!(x, 1.0);
+    assert!(info.steps >= 4 && info.failures >= 2 && loads.len() == info.steps + info.failures);
+    let mut x = 0.0_f64;
+    let outcome = walk_load(
+        &mut x,
+        &LoadSteppingParams::default(),
+        |load, x: &mut f64| {
+            if load > 0.4 {
+                Err("wall")
+            } else {
+                *x = load;
+                Ok(())
+            }
+        },
+    );
+    match outcome {
+        Err(LoadSteppingError::Stuck {
+            load,
+            step,
+            source: "wall",
+        }) => {
+            assert_eq!(load, x);
+            assert!(load <= 0.4 && load > 0.39 && step < 0.01);
+        }
+        other => panic!("{other:?}"),
+    }
+    let bad = LoadSteppingParams {
+        first_step: f64::NAN,
+        ..Default::default()
+    };
+    assert!(matches!(
+        walk_load(&mut x, &bad, |_, _| Ok::<(), ()>(())),
+        Err(LoadSteppingError::Params)
+    ));
+}
+
+#[test]
+fn a_neighbouring_frame_is_solved_with_the_factor_of_the_last_one() {
+    let params = NewtonParams {
+        linear_solver: LinearSolver::DirectSingle,
+        gradient_tolerance: 1e-11,
+        relative_gradient_tolerance: 0.0,
+        ..Default::default()
+    };
+    let mut newton = Newton::new(&Rosenbrock::new(30, 1.0));
+    let mut x = vec![0.9; 60];
+    let first = newton
+        .solve(&Rosenbrock::new(30, 1.0), &mut x, &params)
+        .unwrap();
+    assert!((1..=first.iterations).contains(&first.factorizations));
+    x.iter_mut()
+        .enumerate()
+        .for_each(|(i, v)| *v += 1e-3 * (i as f64).sin());
+    let second = newton
+        .solve(&Rosenbrock::new(30, 1.001), &mut x, &params)
+        .unwrap();
+    assert_eq!(second.factorizations, 0, "{second:?}");
+    assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-10));
+}
