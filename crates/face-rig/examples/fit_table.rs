@@ -5,7 +5,9 @@ use face_rig::scene::Scene;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let a: Vec<String> = std::env::args().collect();
     let scene = Scene::load(&a[1])?;
-    let mut rig = scene.rig(RigParams::default())?;
+    let mut rp = RigParams::default();
+    rp.newton.linear_solver = match std::env::var("LS").as_deref() { Ok("s") => fem_solvers::LinearSolver::DirectSingle, Ok("a") => fem_solvers::LinearSolver::Auto, _ => fem_solvers::LinearSolver::Direct };
+    let mut rig = scene.rig(rp)?;
     let map = Parametrization { muscles: scene.muscles.len(), active: (0..scene.muscles.len()).collect(), cranium: CraniumModel::Fixed, jaw: scene.hinged_jaw() };
     let params = FitParams { activation_weight: a.get(3).map_or(1e-7, |w| w.parse().unwrap()), max_iterations: 25, ..FitParams::default() };
     let rest = rig.solved().clone();

@@ -161,13 +161,25 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         block: usize,
         activations: &[f64],
         F: &Mat<V, 3>,
-        filter: DefinitenessFilter,
     ) -> Tensor4<V, 3> {
-        let term = self.lanes[block].active(activations);
-        match filter {
-            DefinitenessFilter::None => term.stress_derivative(&self.law, F),
-            _ => term.filtered_derivative(&self.law, F, filter),
-        }
+        self.lanes[block].active(activations).stress_derivative(&self.law, F)
+    }
+    #[inline(never)]
+    fn filtered_derivative(
+        &self,
+        (block, lane): (usize, usize),
+        activations: &[f64],
+        F: &Mat<f64, 3>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<f64, 3> {
+        let fibers = &self.lanes[block];
+        let term = FiberTerm {
+            direction: fibers.direction.map(|d| d.0[lane]),
+            peak: fibers.peak.0[lane],
+            activation: activations[fibers.channel[lane]],
+            optimal_stretch: fibers.optimal_stretch.0[lane],
+        };
+        term.filtered_derivative(&self.law, F, filter)
     }
     #[inline(always)]
     fn has_channel(&self, block: usize, channel: usize) -> bool {

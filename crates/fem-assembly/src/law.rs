@@ -26,8 +26,15 @@ pub(crate) trait Law<const D: usize>: Send + Sync {
         block: usize,
         activations: &[f64],
         F: &Mat<V, D>,
-        filter: DefinitenessFilter,
     ) -> Tensor4<V, D>;
+    /// The filtered derivative of the element at (block, lane).
+    fn filtered_derivative(
+        &self,
+        place: (usize, usize),
+        activations: &[f64],
+        F: &Mat<f64, D>,
+        filter: DefinitenessFilter,
+    ) -> Tensor4<f64, D>;
     /// Does any lane of the block listen to this activation channel?
     fn has_channel(&self, _block: usize, _channel: usize) -> bool {
         false
@@ -67,16 +74,17 @@ impl<const D: usize, M: Material<D>> Law<D> for Uniform<M> {
         self.0.stress_differential(F, dF)
     }
     #[inline(always)]
-    fn derivative<V: Pack>(
+    fn derivative<V: Pack>(&self, _: usize, _: &[f64], F: &Mat<V, D>) -> Tensor4<V, D> {
+        self.0.stress_derivative(F)
+    }
+    #[inline(never)]
+    fn filtered_derivative(
         &self,
-        _: usize,
+        _: (usize, usize),
         _: &[f64],
-        F: &Mat<V, D>,
+        F: &Mat<f64, D>,
         filter: DefinitenessFilter,
-    ) -> Tensor4<V, D> {
-        match filter {
-            DefinitenessFilter::None => self.0.stress_derivative(F),
-            _ => self.0.filtered_derivative(F, filter),
-        }
+    ) -> Tensor4<f64, D> {
+        self.0.filtered_derivative(F, filter)
     }
 }

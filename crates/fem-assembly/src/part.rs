@@ -9,7 +9,7 @@ use crate::block::{Block, LANES, PAIRS, RestElement, VERTICES, pair};
 use crate::builder::{Entry, Packing};
 use crate::dofs::FIXED;
 use crate::law::Law;
-use fem_kinematics::{F64x8, Mat, Pack, PackedKernel, dispatch_packed};
+use fem_kinematics::{F64x8, Mat, Pack, PackedKernel, Real, Tensor4, dispatch_packed};
 use fem_materials::DefinitenessFilter;
 
 /// "Not ours": a row or matrix block that another chunk owns, or a prescribed one.
@@ -144,10 +144,9 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
     fn add_stiffness(
         &self,
         k: usize,
-        stiffness: &[[[f64; LANES]; VERTICES]],
+        stiffness: &[[[[f64; LANES]; VERTICES]; VERTICES]; PAIRS],
         values: &mut [[[f64; D]; D]],
     ) {
-        // `stiffness` lists, for each pair, D rows of up to VERTICES columns of lanes.
         for lane in 0..LANES {
             for p in 0..(D + 1) * (D + 2) / 2 {
                 let place = self.places[k][p][lane];
@@ -155,7 +154,7 @@ impl<const D: usize, L: Law<D>> Elements<D, L> {
                     let target = &mut values[place as usize];
                     for i in 0..D {
                         for j in 0..D {
-                            target[i][j] += stiffness[p * D + i][j][lane];
+                            target[i][j] += stiffness[p][i][j][lane];
                         }
                     }
                 }
@@ -240,62 +239,97 @@ impl<const D: usize, L: Law<D>> PackedKernel for EverywherePass<'_, D, L> {
 struct HessianPass<'a, const D: usize, L> {
     part: &'a Elements<D, L>,
     state: State<'a, D>,
-    filter: DefinitenessFilter,
     values: &'a mut [[[f64; D]; D]],
 }
 impl<const D: usize, L: Law<D>> PackedKernel for HessianPass<'_, D, L> {
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        let mut flat = [[[0.0; LANES]; VERTICES]; PAIRS * 3];
+        let mut pairs = [[[[0.0; LANES]; VERTICES]; VERTICES]; PAIRS];
         for (k, block) in self.part.blocks.iter().enumerate() {
             let F = block.deformation_gradient::<V>(self.state.positions);
-            let T = self
-                .part
-                .law
-                .derivative(k, self.state.activations, &F, self.filter);
-            let mut store = |a: usize, b: usize, m: &Mat<V, D>| {
+            let T = self.part.law.derivative(k, self.state.activations, &F);
+            let volume = V::from_lanes(block.volume);
+            let stiffness = element_stiffness(&T, &block.inverse_shape::<V>(), volume);
+            for (pair, lanes) in stiffness.iter().zip(&mut pairs) {
                 for i in 0..D {
                     for j in 0..D {
-                        flat[pair(a, b) * D + i][j] = m.0[i][j].to_lanes().0;
-                    }
-                }
-            };
-            // K_ab = V Σⱼₗ (∇Nₐ)ⱼ (∇N_b)ₗ T(j, l); vertex 0 follows from Σₐ Nₐ = 1.
-            let (gradients, volume) = (block.inverse_shape::<V>(), V::from_lanes(block.volume));
-            let mut corner = Mat::zeros();
-            let mut border = [Mat::zeros(); VERTICES];
-            for b in 0..D {
-                let gradient_b = gradients.0[b];
-                let half: [Mat<V, D>; D] = core::array::from_fn(|j| {
-                    let mut sum = T.0[j][0].scale(gradient_b[0]);
-                    for l in 1..D {
-                        sum += T.0[j][l].scale(gradient_b[l]);
-                    }
-                    sum
-                });
-                for a in b..D {
-                    let gradient_a = gradients.0[a];
-                    let mut stiffness = half[0].scale(gradient_a[0]);
-                    for j in 1..D {
-                        stiffness += half[j].scale(gradient_a[j]);
-                    }
-                    let stiffness = stiffness.scale(volume);
-                    store(a + 1, b + 1, &stiffness);
-                    border[a + 1] -= stiffness;
-                    if a != b {
-                        border[b + 1] -= stiffness.transpose();
+                        lanes[i][j] = pair.0[i][j].to_lanes().0;
                     }
                 }
             }
-            for a in 1..=D {
-                store(a, 0, &border[a]);
-                corner -= border[a];
-            }
-            store(0, 0, &corner.symmetric_part());
-            self.part.add_stiffness(k, &flat, self.values);
+            self.part.add_stiffness(k, &pairs, self.values);
         }
     }
+}
+
+/// The Hessian of filtered elements, one at a time: the filters decompose F, which in registers for
+/// three instruction sets would multiply the size of the program for a path that few steps take.
+fn filtered_hessian<const D: usize, L: Law<D>>(
+    part: &Elements<D, L>,
+    state: State<D>,
+    filter: DefinitenessFilter,
+    values: &mut [[[f64; D]; D]],
+) {
+    let mut pairs = [[[[0.0; LANES]; VERTICES]; VERTICES]; PAIRS];
+    for (k, block) in part.blocks.iter().enumerate() {
+        let F = block.deformation_gradient::<F64x8>(state.positions);
+        for lane in 0..block.used {
+            let of_lane =
+                |m: &Mat<F64x8, D>| Mat::<f64, D>::from_fn(|i, j| m.0[i][j].0[lane]);
+            let place = (k, lane);
+            let T = part.law.filtered_derivative(place, state.activations, &of_lane(&F), filter);
+            let gradients = of_lane(&block.inverse_shape);
+            let stiffness = element_stiffness(&T, &gradients, block.volume.0[lane]);
+            for (pair, lanes) in stiffness.iter().zip(&mut pairs) {
+                for i in 0..D {
+                    for j in 0..D {
+                        lanes[i][j][lane] = pair.0[i][j];
+                    }
+                }
+            }
+        }
+        part.add_stiffness(k, &pairs, values);
+    }
+}
+
+/// K_ab = V Σⱼₗ (∇Nₐ)ⱼ (∇N_b)ₗ T(j, l) for every pair a ≥ b; vertex 0 follows from Σₐ Nₐ = 1.
+#[inline(always)]
+fn element_stiffness<T: Real, const D: usize>(
+    derivative: &Tensor4<T, D>,
+    gradients: &Mat<T, D>,
+    volume: T,
+) -> [Mat<T, D>; PAIRS] {
+    let mut stiffness = [Mat::zeros(); PAIRS];
+    let mut corner = Mat::zeros();
+    let mut border = [Mat::zeros(); VERTICES];
+    for b in 0..D {
+        let mut half = [Mat::zeros(); D];
+        for j in 0..D {
+            half[j] = derivative.0[j][0].scale(gradients.0[b][0]);
+            for l in 1..D {
+                half[j] += derivative.0[j][l].scale(gradients.0[b][l]);
+            }
+        }
+        for a in b..D {
+            let mut block = half[0].scale(gradients.0[a][0]);
+            for j in 1..D {
+                block += half[j].scale(gradients.0[a][j]);
+            }
+            let block = block.scale(volume);
+            stiffness[pair(a + 1, b + 1)] = block;
+            border[a + 1] -= block;
+            if a != b {
+                border[b + 1] -= block.transpose();
+            }
+        }
+    }
+    for a in 1..=D {
+        stiffness[pair(a, 0)] = border[a];
+        corner -= border[a];
+    }
+    stiffness[0] = corner.symmetric_part();
+    stiffness
 }
 
 struct DifferentialPass<'a, const D: usize, L> {
@@ -354,12 +388,10 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
         });
     }
     fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]) {
-        dispatch_packed(HessianPass {
-            part: self,
-            state,
-            filter,
-            values,
-        });
+        match filter {
+            DefinitenessFilter::None => dispatch_packed(HessianPass { part: self, state, values }),
+            _ => filtered_hessian(self, state, filter, values),
+        }
     }
     fn differential(&self, state: State<D>, displacement: &[[f64; D]], rows: &mut [[f64; D]]) {
         dispatch_packed(DifferentialPass {

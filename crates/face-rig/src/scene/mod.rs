@@ -199,6 +199,28 @@ impl Scene {
         load::load(path.as_ref())
     }
 
+    /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, metres;
+    /// a path from the current folder), in order of first appearance. A target named `rest` is
+    /// left out.
+    ///
+    /// # Errors
+    /// [`SceneError`] with file, line and cure.
+    pub fn read_targets(&mut self, file: &Path) -> Result<(), SceneError> {
+        let place = load::Place {
+            path: &self.path,
+            scale: 1.0,
+        };
+        let spec = TargetsSpec {
+            landmarks: std::path::absolute(file).map_err(SceneError::io(file))?,
+            skip: vec!["rest".into()],
+            identities: Vec::new(),
+            dense: None,
+            truth: None,
+        };
+        self.targets = targets::load(&place, &spec, &self.landmarks, &self.embedding)?.1;
+        Ok(())
+    }
+
     /// The built-in face of about `tets` tetrahedra as a scene: soft tissue, no targets, its skin as
     /// [`Scene::skin`].
     ///

@@ -1,0 +1,17 @@
+//! `face-rig check`.
+
+use super::args::{CheckArgs, OutputArgs};
+use super::error::Failure;
+use super::source::open;
+use face_rig::scene::check;
+
+pub fn run(args: &CheckArgs, output: &OutputArgs) -> Result<(), Failure> {
+    let source = open(&args.scene)?;
+    let report = check(&source.scene);
+    if output.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        println!("{report}");
+    }
+    Ok(())
+}

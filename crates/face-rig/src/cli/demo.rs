@@ -1,0 +1,126 @@
+//! `face-rig demo`: the whole way on the built-in face.
+
+use super::args::{DemoArgs, OutputArgs};
+use super::draw::{Fitted, Shape, convergence, expressions};
+use super::error::Failure;
+use super::fit::table;
+use super::output::Output;
+use super::progress::bar;
+use super::source::builtin;
+use face_rig::fit::{
+    CraniumModel, ExpressionFit, FitIteration, FitParams, Parametrization, Seen, fit_expression,
+};
+use face_rig::rig::{Frame, RigParams};
+use face_rig::scene::{Target, TargetKind, parse_activations};
+use serde_json::json;
+
+/// An expression to be made and found again: settings of both sides, and the jaw in degrees.
+const EXPRESSIONS: [(&str, &[&str], f64); 3] = [
+    (
+        "smile",
+        &["zygomaticus_major=0.6", "zygomaticus_minor=0.4", "risorius=0.3", "levator_anguli_oris=0.3"],
+        2.0,
+    ),
+    ("surprise", &["frontalis_medial=0.6", "frontalis_lateral=0.6"], 12.0),
+    (
+        "anger",
+        &["corrugator_supercilii=0.6", "procerus=0.5", "depressor_anguli_oris=0.5", "mentalis=0.3"],
+        0.0,
+    ),
+];
+
+pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
+    let mut out = Output::prepare(output)?;
+    let progress = bar(2 * EXPRESSIONS.len() + 2, "demo");
+    progress.set_message("making the face");
+    let source = out.phase("face", || builtin(args.tets))?;
+    let scene = &source.scene;
+    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    progress.inc(1);
+    let muscles = scene.muscles.len();
+    let map = Parametrization {
+        muscles,
+        active: (0..muscles).collect(),
+        cranium: CraniumModel::Fixed,
+        jaw: scene.hinged_jaw(),
+    };
+    let params = FitParams { activation_weight: 1e-9, ..FitParams::default() };
+    let rest = rig.solved().clone();
+    let landmarks = scene.carried_landmarks(0..scene.landmarks.len());
+    let mut done: Vec<(ExpressionFit, Vec<[f64; 3]>, Vec<f64>)> = Vec::new();
+    for (name, settings, degrees) in EXPRESSIONS {
+        progress.set_message(format!("posing: {name}"));
+        let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;
+        truth.extend([degrees.to_radians(), 0.0, 0.0, 0.0]);
+        rig.start_from(rest.clone())?;
+        let posed = out.phase(&format!("pose {name}"), || {
+            rig.solve(&map.parameters(&truth)).map(|s| s.positions())
+        })?;
+        progress.inc(1);
+        let target = Target {
+            name: name.into(),
+            kind: TargetKind::Expression,
+            landmarks: landmarks.0.iter().map(|p| p.position(&posed)).enumerate().collect(),
+            dense: None,
+            jaw_truth: None,
+        };
+        rig.start_from(rest.clone())?;
+        let fit = out.phase(&format!("fit {name}"), || {
+            let mut observer = |i: &FitIteration| {
+                progress.set_message(format!("fitting {name}: step {}, {:.3} mm", i.iteration, i.rms_mm));
+            };
+            fit_expression(
+                scene, &mut rig, &target, Seen::Landmarks, &map, &params, &map.rest(), &mut observer,
+            )
+        })?;
+        out.write_shape(name, scene, &rig, &map.parameters(&fit.q), &fit.positions)?;
+        progress.inc(1);
+        done.push((fit, posed, truth));
+    }
+    progress.set_message("drawing");
+    let at_rest = Shape::new(&source, scene.mesh.nodes(), &Frame::IDENTITY);
+    let shapes: Vec<(Shape, Shape, Vec<[f64; 3]>, Vec<[f64; 3]>)> = done
+        .iter()
+        .map(|(fit, posed, truth)| {
+            let on = |x: &[[f64; 3]]| landmarks.0.iter().map(|p| p.position(x)).collect();
+            (
+                Shape::new(&source, &fit.positions, &map.parameters(&fit.q).jaw),
+                Shape::new(&source, posed, &map.parameters(truth).jaw),
+                on(&fit.positions),
+                on(posed),
+            )
+        })
+        .collect();
+    let rows: Vec<Fitted> = done
+        .iter()
+        .zip(&shapes)
+        .map(|((fit, _, _), (fitted, target, seen, wanted))| Fitted {
+            heading: format!("{}: found from 68 landmarks in {} steps", fit.name, fit.iterations),
+            fitted,
+            target: Some(target),
+            seen,
+            wanted,
+        })
+        .collect();
+    let picture = out.path("demo.png");
+    out.phase("pictures", || {
+        expressions(&picture, "three expressions, made and found again", &at_rest, &rows)
+    })?;
+    let histories: Vec<(&str, &[FitIteration])> =
+        done.iter().map(|d| (d.0.name.as_str(), d.0.history.as_slice())).collect();
+    convergence(&out.path("convergence.svg"), &histories)?;
+    progress.finish_and_clear();
+    let fits: Vec<ExpressionFit> = done.iter().map(|d| d.0.clone()).collect();
+    let truths: Vec<&[f64]> = done.iter().map(|d| d.2.as_slice()).collect();
+    let names: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
+    let results = json!({ "muscles": names, "fits": fits, "truths": truths });
+    let report = out.report("demo", json!({ "tets": scene.mesh.num_elements() }), results)?;
+    if output.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+        return Ok(());
+    }
+    println!("{}: {} nodes, {} muscles", scene.name, scene.mesh.num_nodes(), muscles);
+    print!("{}", table(&fits));
+    println!("look at {}; the report is report.json", out.folder().join("demo.png").display());
+    Ok(())
+}

@@ -1,0 +1,64 @@
+//! `face-rig simulate`.
+
+use super::args::{OutputArgs, SimulateArgs};
+use super::draw::{Shape, pose as draw_pose};
+use super::error::Failure;
+use super::output::Output;
+use super::progress::spinner;
+use super::source::{open, pose};
+use face_rig::rig::{Frame, RigParams};
+use serde_json::json;
+
+pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
+    let source = open(&args.scene)?;
+    let scene = &source.scene;
+    let parameters = pose(scene, &args.pose)?;
+    let mut out = Output::prepare(output)?;
+    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    let bar = spinner("looking for the equilibrium");
+    let solved = out.phase("equilibrium", || rig.solve(&parameters).cloned());
+    bar.finish_and_clear();
+    let positions = solved?.positions();
+    let ratios = rig.assembly().volume_ratios(&positions);
+    let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let inverted = ratios.iter().filter(|j| !(**j > 0.0)).count();
+    let work = rig.work();
+
+    let bar = spinner("writing shapes and pictures");
+    out.write_shape("pose", scene, &rig, &parameters, &positions)?;
+    let picture = out.path("pose.png");
+    let rest = Shape::new(&source, scene.mesh.nodes(), &Frame::IDENTITY);
+    let posed = Shape::new(&source, &positions, &parameters.jaw);
+    out.phase("pictures", || draw_pose(&picture, &scene.name, &rest, &posed))?;
+    bar.finish_and_clear();
+
+    let moved = positions.iter().zip(scene.mesh.nodes()).map(|(x, r)| {
+        (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt()
+    });
+    let largest_mm = 1e3 * moved.fold(0.0, f64::max);
+    let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
+        "jaw_shift_mm": args.pose.jaw_shift });
+    let results = json!({
+        "energy_joules": rig.assembly().energy(&rig.solved().in_cranium_frame, &parameters.activations),
+        "newton_steps": work.newton_steps, "equilibria": work.equilibria,
+        "factorizations": work.factorizations,
+        "smallest_det_F": smallest, "inverted_tets": inverted, "largest_displacement_mm": largest_mm,
+    });
+    let report = out.report("simulate", settings, results)?;
+    if output.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        println!(
+            "{}: moved by up to {largest_mm:.2} mm in {} Newton steps, {:.2} s; smallest det F {smallest:.3}{}",
+            scene.name,
+            work.newton_steps,
+            work.equilibrium_time.as_secs_f64(),
+            match inverted {
+                0 => String::new(),
+                n => format!("\nwarning: {n} tets are turned inside out; the pose is beyond what the mesh bears"),
+            },
+        );
+        println!("results in {}", out.folder().display());
+    }
+    Ok(())
+}
