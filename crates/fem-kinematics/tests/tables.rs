@@ -68,8 +68,7 @@ impl Worst {
         let error = norm(&difference);
         let factor = if error == 0.0 { 0.0 } else { error / allowed };
         let entry = self.0.entry(what).or_insert((0.0, String::new()));
-        // Written so that NaN is noted.
-        if !(factor <= entry.0) {
+        if factor > entry.0 || factor.is_nan() {
             *entry = (factor, format!("case {} ({})", case["id"], case["cat"]));
         }
     }

@@ -9,6 +9,7 @@
 use crate::curves::TensionCurve;
 use crate::filter::DefinitenessFilter;
 use crate::material::Evaluation;
+use crate::near_rest::inverse_cube_root;
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4, Vector, dot};
 
@@ -215,7 +216,7 @@ impl<T: Real> FiberTerm<T> {
         let inverse_length = length.recip();
         let shrink = match law.stretch {
             Stretch::Plain => T::one(),
-            Stretch::Deviatoric => (T::from_f64(-1.0 / 3.0) * F.determinant().ln()).exp(),
+            Stretch::Deviatoric => inverse_cube_root(F.determinant()),
         };
         let lambda = shrink * length;
         let per_stretch = self.optimal_stretch.recip();

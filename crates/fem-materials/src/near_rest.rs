@@ -64,3 +64,11 @@ pub(crate) fn green_strain<T: Real, const D: usize>(F: &Mat<T, D>) -> Mat<T, D> 
 pub(crate) fn infinite_unless_positive<T: Real>(J: T, value: T) -> T {
     T::select(T::zero().lt(J), value, T::from_f64(f64::INFINITY))
 }
+
+/// x^(−1/3), x > 0: by one exponential and one Newton step, which removes the error that the
+/// exponential inherits from a large logarithm.
+#[inline(always)]
+pub(crate) fn inverse_cube_root<T: Real>(x: T) -> T {
+    let r = (T::from_f64(-1.0 / 3.0) * x.ln()).exp();
+    r + r * (T::one() - x * r * r * r) * T::from_f64(1.0 / 3.0)
+}

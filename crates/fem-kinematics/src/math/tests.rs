@@ -35,7 +35,7 @@ fn worst(low: f64, high: f64, ours: impl Fn(f64) -> f64, theirs: impl Fn(f64) ->
     let mut worst = 0.0;
     for x in points(low, high) {
         let error = ulps(ours(x), theirs(x));
-        if !(error <= worst) {
+        if error > worst || error.is_nan() {
             worst = error;
         }
     }

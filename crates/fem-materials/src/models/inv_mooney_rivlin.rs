@@ -1,6 +1,7 @@
 //! Mooney-Rivlin elasticity by invariants, as in Vega FEM (document 004).
 
 use crate::isotropic::{ByInvariants, Domain, InvariantEnergy};
+use crate::near_rest::inverse_cube_root;
 use crate::registry::{Entry, ModelVisitor, Parameter};
 use fem_kinematics::Real;
 
@@ -40,19 +41,13 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     });
 }
 
-/// III^(−1/3).
-#[inline(always)]
-fn shrink<T: Real>(III: T) -> T {
-    (T::from_f64(-1.0 / 3.0) * III.ln()).exp()
-}
-
 impl InvariantEnergy for InvMooneyRivlin {
     const DOMAIN: Domain = Domain::PositiveDeterminant;
 
     #[inline(always)]
     fn energy<T: Real>(&self, [I, II, III]: [T; 3]) -> T {
         let f = T::from_f64;
-        let s = shrink(III);
+        let s = inverse_cube_root(III);
         let j = III.sqrt() - T::one();
         f(0.5 * self.mu01) * ((I * I - II) * s * s - f(6.0))
             + f(self.mu10) * (I * s - f(3.0))
@@ -61,7 +56,7 @@ impl InvariantEnergy for InvMooneyRivlin {
     #[inline(always)]
     fn gradient<T: Real>(&self, [I, II, III]: [T; 3]) -> [T; 3] {
         let f = T::from_f64;
-        let s = shrink(III);
+        let s = inverse_cube_root(III);
         let (a, b) = (f(self.mu10) * s, f(self.mu01) * s * s);
         let third = f(-1.0 / 3.0) * (b * (I * I - II) + a * I) / III;
         let volume = f(self.v1) * (T::one() - III.sqrt().recip());
@@ -70,7 +65,7 @@ impl InvariantEnergy for InvMooneyRivlin {
     #[inline(always)]
     fn hessian<T: Real>(&self, [I, II, III]: [T; 3]) -> [T; 6] {
         let f = T::from_f64;
-        let s = shrink(III);
+        let s = inverse_cube_root(III);
         let (a, b) = (f(self.mu10) * s, f(self.mu01) * s * s);
         let r = III.recip();
         let h33 = (f(5.0 / 9.0) * b * (I * I - II) + f(4.0 / 9.0) * a * I) * r * r

@@ -1,7 +1,7 @@
 //! Deviatoric Mooney-Rivlin elasticity (document 000, 4.2, 4.3.1, 4.5.1.2, 4.5.1.3).
 
 use crate::material::{Material, Symmetry};
-use crate::near_rest::infinite_unless_positive;
+use crate::near_rest::{infinite_unless_positive, inverse_cube_root};
 use crate::registry::{Entry, ModelVisitor, Parameter};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
@@ -61,7 +61,7 @@ impl MooneyRivlin {
     fn parts<T: Real>(&self, F: &Mat<T, 3>) -> Parts<T> {
         let C = F.tr_mul(F);
         let J = F.determinant();
-        let shrink = (T::from_f64(-2.0 / 3.0) * J.ln()).exp();
+        let shrink = inverse_cube_root(J).squared();
         let I = C.trace();
         // Sum of the principal minors: the same number without the difference of two squares.
         let c = &C.0;
