@@ -9,10 +9,14 @@ mod body;
 pub mod damage;
 mod error;
 mod float;
+pub mod inextensibility;
 pub mod kernels;
+pub mod kkt;
 mod law;
 mod obstacle;
 mod particles;
+#[cfg(feature = "scenes")]
+pub mod scenes;
 mod simulation;
 mod step;
 mod transfer;
