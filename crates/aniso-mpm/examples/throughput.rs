@@ -2,7 +2,9 @@
 //! order in a cube of 64³ cells. One step is everything: sort, stress, both transfers, grid.
 //!
 //! `cargo run --release -p aniso-mpm --example throughput [particles] [steps]`
-use aniso_mpm::{Body, Elastic, Float, MlsMpm, Particle, Particles, Quadratic, Settings, Simulation};
+use aniso_mpm::{
+    Body, Elastic, Float, MlsMpm, Particle, Particles, Quadratic, Settings, Simulation,
+};
 use fem_kinematics::Mat;
 use fem_materials::NeoHookean;
 use std::time::Instant;
@@ -73,10 +75,15 @@ fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> 
 }
 
 fn main() {
-    let mut arguments = std::env::args().skip(1).map(|a| a.parse::<usize>().unwrap());
+    let mut arguments = std::env::args()
+        .skip(1)
+        .map(|a| a.parse::<usize>().unwrap());
     let count = arguments.next().unwrap_or(200_000);
     let steps = arguments.next().unwrap_or(10);
-    for (name, cells) in [("sparse: cube of 56^3 cells", 56.0), ("dense: cube of 29^3 cells, 8 per cell", 29.0)] {
+    for (name, cells) in [
+        ("sparse: cube of 56^3 cells", 56.0),
+        ("dense: cube of 29^3 cells, 8 per cell", 29.0),
+    ] {
         println!("{name}, {count} particles");
         for threads in [1, 2] {
             let double = measure::<f64>(count, steps, threads, cells);

@@ -106,7 +106,11 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         self.homes.rebuild(seen.iter().copied());
         let rank: Vec<u32> = seen
             .iter()
-            .map(|&k| self.homes.slot(blocks::coordinates(k)).map_or(NONE, |s| s as u32))
+            .map(|&k| {
+                self.homes
+                    .slot(blocks::coordinates(k))
+                    .map_or(NONE, |s| s as u32)
+            })
             .collect();
 
         self.starts.clear();

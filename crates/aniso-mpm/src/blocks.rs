@@ -118,7 +118,4 @@ impl<const D: usize> BlockSet<D> {
         }
         node
     }
-    pub(crate) fn key(&self, slot: usize) -> u64 {
-        self.keys[slot]
-    }
 }

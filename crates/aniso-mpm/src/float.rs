@@ -38,13 +38,13 @@ macro_rules! float {
 float!(f64);
 float!(f32);
 
-/// Σ over slices of finite checks: does every entry hold a finite number?
+/// Does every entry hold a finite number?
 #[inline(always)]
 pub(crate) fn all_finite<T: Float, const N: usize>(v: &[T; N]) -> bool {
-    // x − x is 0 for finite x and NaN otherwise; one comparison for the whole array.
+    // 0 x is NaN for an x that is not finite; one comparison for the whole array.
     let mut sum = T::zero();
     for &x in v {
-        sum += x - x;
+        sum += x * T::zero();
     }
     sum == T::zero()
 }

@@ -62,12 +62,7 @@ impl Spline for Quadratic {
     fn values<T: Float>(f: T) -> [T; 4] {
         let c = T::from_f64;
         let (a, b, e) = (c(1.5) - f, f - c(1.0), f - c(0.5));
-        [
-            c(0.5) * a * a,
-            c(0.75) - b * b,
-            c(0.5) * e * e,
-            T::zero(),
-        ]
+        [c(0.5) * a * a, c(0.75) - b * b, c(0.5) * e * e, T::zero()]
     }
     #[inline(always)]
     fn first<T: Float>(f: T) -> [T; 4] {

@@ -81,7 +81,11 @@ impl RelaxedKkt {
             let mut scale = 1.0f64;
             for i in 0..n {
                 x[i] += dx[i];
-                size = if dx[i].abs() <= size { size } else { dx[i].abs() };
+                size = if dx[i].abs() <= size {
+                    size
+                } else {
+                    dx[i].abs()
+                };
                 scale = scale.max(x[i].abs());
             }
             iterates.push(x.clone());

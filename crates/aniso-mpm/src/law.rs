@@ -54,7 +54,12 @@ pub fn wave_speed<L: Law<D>, const D: usize>(
             let dP = law.stress_differential(F, &dF, d);
             // The row sum bounds the largest eigenvalue of the acoustic tensor (Gershgorin).
             let row: f64 = (0..D)
-                .map(|b| (0..D).map(|k| dP.0[b][k] * pulled_back[k]).sum::<f64>().abs())
+                .map(|b| {
+                    (0..D)
+                        .map(|k| dP.0[b][k] * pulled_back[k])
+                        .sum::<f64>()
+                        .abs()
+                })
                 .sum();
             stiffest = if row > stiffest { row } else { stiffest };
         }

@@ -9,6 +9,8 @@ mod body;
 pub mod damage;
 mod error;
 mod float;
+mod host_damage;
+mod host_fibres;
 pub mod inextensibility;
 pub mod kernels;
 pub mod kkt;

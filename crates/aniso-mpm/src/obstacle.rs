@@ -108,16 +108,14 @@ impl<const D: usize> Obstacle<D> {
                 }
             }
         }
-        if let Contact::Separate { friction } = self.contact {
-            if !(friction >= 0.0) {
-                return Err(MpmError::Parameter {
-                    what: "friction",
-                    value: friction,
-                    need: "not negative",
-                });
-            }
+        match self.contact {
+            Contact::Separate { friction } if !(friction >= 0.0) => Err(MpmError::Parameter {
+                what: "friction",
+                value: friction,
+                need: "not negative",
+            }),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// The condition on a node at `x` (m) at `time` (s), if it lies inside.

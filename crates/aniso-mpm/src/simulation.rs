@@ -1,7 +1,8 @@
 //! The host: bodies, particles, obstacles and the settings of a run.
 
 use crate::binning::Binning;
-use crate::body::Body;
+use crate::body::{Body, Fibre};
+use crate::damage::{Augmentation, DamageUpdate};
 use crate::error::{MpmError, positive};
 use crate::float::Float;
 use crate::law::{Law, wave_speed};
@@ -27,6 +28,8 @@ pub struct Settings<const D: usize> {
     pub max_step: f64,
     /// A frame that needs more steps than this is an error.
     pub max_substeps: usize,
+    /// How damage moves in time, for bodies that have it.
+    pub damage_update: DamageUpdate,
 }
 
 impl<const D: usize> Settings<D> {
@@ -41,6 +44,7 @@ impl<const D: usize> Settings<D> {
             stiffness: 0.4,
             max_step: f64::INFINITY,
             max_substeps: 1_000_000,
+            damage_update: DamageUpdate::Explicit,
         }
     }
 
@@ -77,6 +81,11 @@ pub struct Simulation<T, S: Scheme, L, const D: usize> {
     pub(crate) binning: Binning<S::Kernel, D>,
     pub(crate) windows: Vec<Node<T>>,
     pub(crate) field: Vec<Node<T>>,
+    pub(crate) augmentation: Augmentation<D>,
+    /// Un-degraded Cauchy stresses, workspace of the damage update.
+    pub(crate) sigma: Vec<Mat<T, D>>,
+    /// Current volumes, workspace of the damage update.
+    pub(crate) current_volume: Vec<T>,
 }
 
 /// Energies of the whole body, J (J/m in 2D).
@@ -130,6 +139,9 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             binning: Binning::new(settings.cell_size),
             windows: Vec::new(),
             field: Vec::new(),
+            augmentation: Augmentation::new(settings.cell_size, settings.damage_update),
+            sigma: Vec::new(),
+            current_volume: Vec::new(),
         };
         simulation.wave_speed = simulation.fastest_wave();
         Ok(simulation)
@@ -162,6 +174,15 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
     /// Node blocks that the last step touched, 64 nodes each.
     pub fn active_blocks(&self) -> usize {
         self.binning.nodes.len()
+    }
+
+    pub(crate) fn can_tear(&self) -> bool {
+        self.bodies.iter().any(|body| body.damage.is_some())
+    }
+    pub(crate) fn has_inextensible_fibres(&self) -> bool {
+        self.bodies
+            .iter()
+            .any(|body| body.fibre == Fibre::Inextensible)
     }
 
     /// Largest elastic wave speed over all particles, m/s.

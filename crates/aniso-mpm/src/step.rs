@@ -1,5 +1,7 @@
 //! The symplectic step (doc 001, alg. 3 and 6): particles to grid, grid velocity, grid to particles.
 
+use crate::blocks::BLOCK_NODES;
+use crate::damage::DamageOutput;
 use crate::error::MpmError;
 use crate::float::{Float, all_finite};
 use crate::law::Law;
@@ -7,7 +9,6 @@ use crate::obstacle::Obstacle;
 use crate::simulation::Simulation;
 use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
 use crate::window::{CHUNK, Node};
-use crate::blocks::BLOCK_NODES;
 use rayon::prelude::*;
 use std::marker::PhantomData;
 
@@ -97,18 +98,22 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         // "Begin MPM like usual": find the grid.
         self.binning.rebuild(&self.particles.x)?;
         // "... until just before computeGridVelocity": new damage from the old state.
-        self.next.resize_like(&self.particles);
+        let damage = self.new_damage(dt)?;
         // "Continue MPM like usual using the new updated damage values".
-        self.particles_to_grid(dt);
+        self.particles_to_grid(dt, &damage.d);
         self.grid_velocity(dt);
-        let worst = self.grid_to_particles(dt);
+        if self.has_inextensible_fibres() {
+            self.project_onto_inextensible(dt)?;
+        }
+        self.next.resize_like(&self.particles);
+        let worst = self.grid_to_particles(dt, &damage);
         self.accept(dt, worst)
     }
 
-    fn particles_to_grid(&mut self, dt: f64) {
+    fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
         let task = ParticlesToGrid::<T, L, S, D> {
             particles: &self.particles,
-            damage: &self.particles.damage,
+            damage,
             bodies: &self.bodies,
             h: T::from_f64(self.settings.cell_size),
             dt: T::from_f64(dt),
@@ -142,7 +147,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             });
     }
 
-    fn grid_to_particles(&mut self, dt: f64) -> Worst {
+    fn grid_to_particles(&mut self, dt: f64, new_damage: &DamageOutput<T>) -> Worst {
         let (particles, binning, field) = (&self.particles, &self.binning, &self.field[..]);
         let next = &mut self.next;
         let order = &binning.order[..];
@@ -189,8 +194,8 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                     let p = p as usize;
                     mass[k] = particles.mass[p];
                     volume[k] = particles.volume[p];
-                    damage[k] = particles.damage[p];
-                    history[k] = particles.history[p];
+                    damage[k] = new_damage.d[p];
+                    history[k] = new_damage.history[p];
                     body[k] = particles.body[p];
                     id[k] = particles.id[p];
                 }

@@ -202,8 +202,7 @@ pub(crate) fn read_motion<T: Float, S: Scheme, const D: usize>(
     let mut G = [[T::zero(); 4]; D];
     for_each_row::<S::Kernel, D>(start, |first, i, j| {
         let row = &window[first..first + S::Kernel::WIDTH];
-        let (mut by_w, mut by_moment, mut by_dw) =
-            ([T::zero(); 4], [T::zero(); 4], [T::zero(); 4]);
+        let (mut by_w, mut by_moment, mut by_dw) = ([T::zero(); 4], [T::zero(); 4], [T::zero(); 4]);
         for (k, node) in row.iter().enumerate() {
             add_scaled(&mut by_w, factors.w[last][k], node);
             add_scaled(&mut by_moment, factors.moment[last][k], node);
@@ -295,7 +294,7 @@ impl<T: Float, S: Scheme, const D: usize> Visit<T, D> for GridToParticles<'_, '_
         }
         check += speed;
         // Written so that a NaN counts as a failure.
-        if !(check - check == T::zero()) && self.worst.not_finite.is_none() {
+        if !(check * T::zero() == T::zero()) && self.worst.not_finite.is_none() {
             self.worst.not_finite = Some(p);
         }
         if !(strain <= T::from_f64(MAX_STRAIN_STEP)) && self.worst.too_fast.is_none() {

@@ -145,8 +145,9 @@ impl<K: Spline, const D: usize> Binning<K, D> {
                     if home != NONE {
                         let window = &windows[home as usize * len..(home as usize + 1) * len];
                         Self::overlap(n, |from, to, count| {
-                            for (sum, add) in
-                                block[to..to + count].iter_mut().zip(&window[from..from + count])
+                            for (sum, add) in block[to..to + count]
+                                .iter_mut()
+                                .zip(&window[from..from + count])
                             {
                                 for c in 0..4 {
                                     sum[c] += add[c];
@@ -168,11 +169,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         let extent: [usize; D] = shift.map(|s| side.min(reach - s));
         if D == 2 {
             for i in 0..extent[0] {
-                row(
-                    (i + shift[0]) * reach + shift[1],
-                    i * side,
-                    extent[1],
-                );
+                row((i + shift[0]) * reach + shift[1], i * side, extent[1]);
             }
         } else {
             for i in 0..extent[0] {

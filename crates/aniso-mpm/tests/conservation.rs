@@ -1,4 +1,5 @@
 //! Mass, momentum and angular momentum over many steps of a free, spinning, elastic body.
+#![allow(non_snake_case)]
 use aniso_mpm::{
     Apic, Body, Cubic, Elastic, Linear, MlsMpm, Particle, Particles, Quadratic, Scheme, Settings,
     Simulation, Spline,
@@ -85,7 +86,12 @@ fn conserves<S: Scheme, const D: usize>() {
     // The linear kernel has no affine inertia to keep the spin in.
     if S::Kernel::INERTIA.is_some() {
         for (b, a) in before.2.iter().zip(&after.2) {
-            assert!((b - a).abs() < 1e-11 * scale, "{:?} {:?}", before.2, after.2);
+            assert!(
+                (b - a).abs() < 1e-11 * scale,
+                "{:?} {:?}",
+                before.2,
+                after.2
+            );
         }
     }
 }

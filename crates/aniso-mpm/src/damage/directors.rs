@@ -43,7 +43,9 @@ impl<const D: usize> Directors<D> {
     /// A bound of the largest eigenvalue of A: 1 + Σ max(α, 0).
     #[inline(always)]
     pub(crate) fn largest_eigenvalue(&self) -> f64 {
-        let weights = self.as_array().map(|d| d.map_or(0.0, |d| d.weight.max(0.0)));
+        let weights = self
+            .as_array()
+            .map(|d| d.map_or(0.0, |d| d.weight.max(0.0)));
         1.0 + weights[0] + weights[1]
     }
 

@@ -98,7 +98,12 @@ impl<T: Float, const D: usize> Scatter<f64, D> for DamageToGrid<'_, T, D> {
     #[inline(always)]
     fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
-        add_weighted(&stencil, [self.d[p].to_f64(), 1.0, 0.0, 0.0], origin, window);
+        add_weighted(
+            &stencil,
+            [self.d[p].to_f64(), 1.0, 0.0, 0.0],
+            origin,
+            window,
+        );
     }
 }
 
@@ -135,11 +140,7 @@ pub(crate) fn row_product<const D: usize>(
     core::array::from_fn(|axis| {
         let mut product = 1.0;
         for a in 0..D - 1 {
-            product *= if a == axis {
-                by[a][at[a]]
-            } else {
-                w[a][at[a]]
-            };
+            product *= if a == axis { by[a][at[a]] } else { w[a][at[a]] };
         }
         product
     })

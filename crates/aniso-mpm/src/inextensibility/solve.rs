@@ -170,12 +170,14 @@ impl<'a, const D: usize> Projection<'a, D> {
             }
             let impulse = self.transpose(&total);
             for i in 0..v.len() {
-                v[i] = core::array::from_fn(|a| {
-                    start[i][a] - self.inverse_mass[i] * impulse[i][a]
-                });
+                v[i] = core::array::from_fn(|a| start[i][a] - self.inverse_mass[i] * impulse[i][a]);
             }
         }
-        let violation = if before_max > 0.0 { left / before_max } else { 0.0 };
+        let violation = if before_max > 0.0 {
+            left / before_max
+        } else {
+            0.0
+        };
         if !(violation <= 1e-4) {
             return Err(MpmError::Solve {
                 system: "inextensible fibres",

@@ -24,7 +24,10 @@ fn flat<const D: usize>(m: &[Mat<f64, D>]) -> Vec<f64> {
 
 fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
     let mut report = Report {
-        prefix: format!("{D}D/{}", at(case, "symmetry")?.as_str().unwrap_or_default()),
+        prefix: format!(
+            "{D}D/{}",
+            at(case, "symmetry")?.as_str().unwrap_or_default()
+        ),
         deviations: Vec::new(),
     };
     let (h, per_axis) = (number(case, "h")?, number(case, "nodes_per_axis")? as usize);
@@ -70,7 +73,11 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
         .clone()
         .map(|p| directors(p).structural_tensor(&F[p]))
         .collect();
-    check("structural_tensor", &flat(&A), &numbers(case, "structural_tensor")?);
+    check(
+        "structural_tensor",
+        &flat(&A),
+        &numbers(case, "structural_tensor")?,
+    );
     let plus: Vec<_> = sigma.iter().map(tensile_part).collect();
     check("sigma_plus", &flat(&plus), &numbers(case, "sigma_plus")?);
     let Phi: Vec<f64> = all
@@ -96,8 +103,16 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
         .collect::<Option<_>>()
         .ok_or("an active node is not on the grid")?;
     let on_grid = |values: &[f64]| -> Vec<f64> { places.iter().map(|&p| values[p]).collect() };
-    check("active nodes", &[grid.nodes().count() as f64], &[active.len() as f64]);
-    check("d_grid", &on_grid(&grid.values()), &numbers(case, "d_grid")?);
+    check(
+        "active nodes",
+        &[grid.nodes().count() as f64],
+        &[active.len() as f64],
+    );
+    check(
+        "d_grid",
+        &on_grid(&grid.values()),
+        &numbers(case, "d_grid")?,
+    );
     let laplacian = grid.laplacians();
     check("laplacian", &laplacian, &numbers(case, "laplacian")?);
     let resistance: Vec<f64> = all
@@ -126,11 +141,18 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
                 tolerance: 1e-13,
             };
             let constants = |_| parameters;
-            let system =
-                ImplicitSystem::new(&grid, &volume, &force, &d, dt, &constants, &options)
-                    .map_err(|e| e.to_string())?;
-            check(c, &on_grid(system.right_hand_side()), &numbers(implicit, c)?);
-            check("A", &on_grid(system.lumped()), &numbers(implicit, "A_diagonal")?);
+            let system = ImplicitSystem::new(&grid, &volume, &force, &d, dt, &constants, &options)
+                .map_err(|e| e.to_string())?;
+            check(
+                c,
+                &on_grid(system.right_hand_side()),
+                &numbers(implicit, c)?,
+            );
+            check(
+                "A",
+                &on_grid(system.lumped()),
+                &numbers(implicit, "A_diagonal")?,
+            );
             let diagonal: Vec<f64> = system
                 .diagonal()
                 .iter()

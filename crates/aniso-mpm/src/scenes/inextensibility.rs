@@ -33,7 +33,9 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
     let (nodes, cells) = (places("nodes")?, places("cells")?);
 
     // Coefficients.
-    let mass = grid.node_mass(&numbers(case, "particle_mass")?).map_err(text)?;
+    let mass = grid
+        .node_mass(&numbers(case, "particle_mass")?)
+        .map_err(text)?;
     let node_mass = numbers(case, "node_mass")?;
     let ours: Vec<f64> = nodes.iter().map(|&n| mass[n]).collect();
     report.push("node_mass", relative(&ours, &node_mass), 1e-12);
@@ -57,11 +59,19 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
     }
     let force = grid.apply_transpose(&probe);
     let ours: Vec<f64> = nodes.iter().flat_map(|&n| force[n]).collect();
-    report.push("Bt_times_probe", relative(&ours, &numbers(case, "Bt_times_probe")?), 1e-12);
+    report.push(
+        "Bt_times_probe",
+        relative(&ours, &numbers(case, "Bt_times_probe")?),
+        1e-12,
+    );
     let product = grid.apply_schur(&inverse_mass, &probe);
     let ours: Vec<f64> = cells.iter().map(|&c| product[c]).collect();
     let expected = numbers(case, "L_times_probe")?;
-    report.push("L_times_probe, matrix-free", relative(&ours, &expected), 1e-11);
+    report.push(
+        "L_times_probe, matrix-free",
+        relative(&ours, &expected),
+        1e-11,
+    );
 
     let projection = Projection::new(&grid, &inverse_mass, &[]).map_err(text)?;
     let matrix = projection.matrix();
@@ -85,7 +95,11 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
         }
     }
     let pick = |all: &[f64]| -> Vec<f64> { cells.iter().map(|&c| all[c]).collect() };
-    report.push("L_times_probe, assembled", relative(&pick(&ours), &expected), 1e-11);
+    report.push(
+        "L_times_probe, assembled",
+        relative(&pick(&ours), &expected),
+        1e-11,
+    );
     let expected = numbers(case, "L_diagonal")?;
     report.push("L_diagonal", relative(&pick(&diagonal), &expected), 1e-11);
 
@@ -119,7 +133,10 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
     }
     let ours = pick(&grid.apply_schur(&inverse_mass, &lambda));
     report.push("L lambda = r", relative(&ours, &numbers(case, "r")?), 1e-8);
-    let left = grid.apply(&solution.v).iter().fold(0.0f64, |m, b| m.max(b.abs()));
+    let left = grid
+        .apply(&solution.v)
+        .iter()
+        .fold(0.0f64, |m, b| m.max(b.abs()));
     let before = r.iter().fold(0.0f64, |m, b| m.max(b.abs()));
     report.push("B v", left / before, 1e-8);
     Ok(report.deviations)

@@ -52,9 +52,8 @@ fn one<K: Spline, const D: usize>(
         prefix: format!("{D}D/{kernel}"),
         deviations: Vec::new(),
     };
-    let flat = |m: &[[f64; 4]; D]| -> Vec<f64> {
-        m.iter().flat_map(|r| r[..K::WIDTH].to_vec()).collect()
-    };
+    let flat =
+        |m: &[[f64; 4]; D]| -> Vec<f64> { m.iter().flat_map(|r| r[..K::WIDTH].to_vec()).collect() };
     let base = stencil.base.map(f64::from);
     report.push("base", relative(&base, &numbers(row, "base")?), TOLERANCE);
     for (key, ours) in [
@@ -67,9 +66,15 @@ fn one<K: Spline, const D: usize>(
         }
     }
     if let Some(full) = row.get("full") {
-        let nodes: Vec<usize> = numbers(full, "nodes")?.iter().map(|&n| n as usize).collect();
-        let (mut w, mut gradient, mut laplacian) =
-            (vec![0.0; nodes.len()], vec![0.0; nodes.len() * D], vec![0.0; nodes.len()]);
+        let nodes: Vec<usize> = numbers(full, "nodes")?
+            .iter()
+            .map(|&n| n as usize)
+            .collect();
+        let (mut w, mut gradient, mut laplacian) = (
+            vec![0.0; nodes.len()],
+            vec![0.0; nodes.len() * D],
+            vec![0.0; nodes.len()],
+        );
         for_each_node::<D>(K::WIDTH, |n| {
             let place: usize = (0..D)
                 .map(|a| (stencil.base[a] as usize + n[a]) * per_axis.pow(a as u32))

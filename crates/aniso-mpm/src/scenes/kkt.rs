@@ -41,8 +41,7 @@ impl ConstrainedProblem for Quartic {
         let n = x.len();
         for i in 0..n {
             let squares: f64 = self.G.chunks(n).map(|row| row[i] * row[i]).sum();
-            diagonal[i] =
-                self.H[i * n + i] + 3.0 * self.kappa * x[i] * x[i] + stiffness * squares;
+            diagonal[i] = self.H[i * n + i] + 3.0 * self.kappa * x[i] * x[i] + stiffness * squares;
         }
     }
     fn constraint(&self, x: &[f64], c: &mut [f64]) {
@@ -88,7 +87,11 @@ pub fn compare(file: &Value) -> Result<Vec<Deviation>, String> {
         let solution = solver.solve(&problem, &start).map_err(|e| e.to_string())?;
         report.prefix = format!("eta={eta:e}");
         report.push("x", relative(&solution.x, &numbers(case, "x")?), 1e-9);
-        report.push("lambda", relative(&solution.lambda, &numbers(case, "lambda")?), 1e-8);
+        report.push(
+            "lambda",
+            relative(&solution.lambda, &numbers(case, "lambda")?),
+            1e-8,
+        );
         let path = numbers(case, "x_iterates")?;
         let ours: Vec<f64> = solution.iterates.iter().flatten().copied().collect();
         let shared = ours.len().min(path.len());
@@ -100,7 +103,11 @@ pub fn compare(file: &Value) -> Result<Vec<Deviation>, String> {
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
         let expected = number(&case["checks"], "distance_to_exact")?;
-        report.push("distance to the constrained optimum", (distance - expected).abs(), 1e-9);
+        report.push(
+            "distance to the constrained optimum",
+            (distance - expected).abs(),
+            1e-9,
+        );
     }
     Ok(report.deviations)
 }

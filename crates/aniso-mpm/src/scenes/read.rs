@@ -25,7 +25,11 @@ fn flatten(value: &Value, out: &mut Vec<f64>) -> Result<(), String> {
     match value {
         Value::Array(values) => values.iter().try_for_each(|v| flatten(v, out)),
         other => {
-            out.push(other.as_f64().ok_or("a list holds something that is not a number")?);
+            out.push(
+                other
+                    .as_f64()
+                    .ok_or("a list holds something that is not a number")?,
+            );
             Ok(())
         }
     }
