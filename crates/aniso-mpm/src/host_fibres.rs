@@ -5,7 +5,6 @@ use crate::error::MpmError;
 use crate::float::Float;
 use crate::inextensibility::{CollisionRow, FibreGrid, Projection};
 use crate::law::Law;
-use crate::obstacle::Contact;
 use crate::simulation::Simulation;
 use crate::transfer::Scheme;
 use fem_kinematics::dot;
@@ -51,29 +50,12 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                 let Some(touch) = obstacle.touch(at, self.time + dt) else {
                     continue;
                 };
-                let speed = dot(touch.normal, touch.velocity);
-                let mut row = |normal: [f64; D], speed: f64| {
+                for normal in touch.held(&v[node]) {
                     collisions.push(CollisionRow {
                         node,
                         normal,
-                        speed,
+                        speed: dot(normal, touch.velocity),
                     });
-                };
-                match touch.contact {
-                    Contact::Sticky => {
-                        for axis in 0..D {
-                            let mut normal = [0.0; D];
-                            normal[axis] = 1.0;
-                            row(normal, touch.velocity[axis]);
-                        }
-                    }
-                    Contact::Slip => row(touch.normal, speed),
-                    // The obstacle has already stopped what moved into it.
-                    Contact::Separate { .. } => {
-                        if dot(touch.normal, v[node]) <= speed + 1e-12 {
-                            row(touch.normal, speed);
-                        }
-                    }
                 }
             }
         }

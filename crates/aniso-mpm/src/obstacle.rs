@@ -170,6 +170,22 @@ impl<const D: usize> Obstacle<D> {
 }
 
 impl<const D: usize> Touch<D> {
+    /// Unit directions in which a node with the (admissible) velocity `v` is held.
+    pub(crate) fn held(&self, v: &[f64; D]) -> Vec<[f64; D]> {
+        let relative: f64 = (0..D)
+            .map(|a| (v[a] - self.velocity[a]) * self.normal[a])
+            .sum();
+        match self.contact {
+            Contact::Sticky => (0..D)
+                .map(|axis| core::array::from_fn(|a| if a == axis { 1.0 } else { 0.0 }))
+                .collect(),
+            Contact::Slip => vec![self.normal],
+            // The obstacle has already stopped what moved into it.
+            Contact::Separate { .. } if relative <= 1e-12 => vec![self.normal],
+            Contact::Separate { .. } => Vec::new(),
+        }
+    }
+
     /// The admissible velocity nearest to `v` (m/s), with friction taken from the normal impulse.
     #[inline]
     pub fn apply(&self, v: [f64; D]) -> [f64; D] {

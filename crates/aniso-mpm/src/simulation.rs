@@ -5,6 +5,7 @@ use crate::body::{Body, Fibre};
 use crate::damage::{Augmentation, DamageUpdate};
 use crate::error::{MpmError, positive};
 use crate::float::Float;
+use crate::implicit::ImplicitStep;
 use crate::law::{Law, wave_speed};
 use crate::obstacle::Obstacle;
 use crate::particles::Particles;
@@ -30,6 +31,17 @@ pub struct Settings<const D: usize> {
     pub max_substeps: usize,
     /// How damage moves in time, for bodies that have it.
     pub damage_update: DamageUpdate,
+    /// How velocities move in time.
+    pub integrator: Integrator,
+}
+
+/// Where the internal force of a step is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// At the start: symplectic Euler, with steps shorter than an elastic wave needs per cell.
+    Symplectic,
+    /// At the end: backward Euler, stable for long steps; only motion limits them.
+    Implicit(ImplicitStep),
 }
 
 impl<const D: usize> Settings<D> {
@@ -45,6 +57,7 @@ impl<const D: usize> Settings<D> {
             max_step: f64::INFINITY,
             max_substeps: 1_000_000,
             damage_update: DamageUpdate::Explicit,
+            integrator: Integrator::Symplectic,
         }
     }
 
@@ -217,7 +230,10 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             .fold(0.0, f64::max)
             .sqrt();
         let motion = self.settings.cfl * h / (speed + obstacle_speed);
-        let waves = self.settings.stiffness * h / self.wave_speed;
+        let waves = match self.settings.integrator {
+            Integrator::Symplectic => self.settings.stiffness * h / self.wave_speed,
+            Integrator::Implicit(_) => f64::INFINITY,
+        };
         self.settings.max_step.min(motion).min(waves)
     }
 

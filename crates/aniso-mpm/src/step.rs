@@ -6,7 +6,7 @@ use crate::error::MpmError;
 use crate::float::{Float, all_finite};
 use crate::law::Law;
 use crate::obstacle::Obstacle;
-use crate::simulation::Simulation;
+use crate::simulation::{Integrator, Simulation};
 use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
 use crate::window::{CHUNK, Node};
 use rayon::prelude::*;
@@ -100,8 +100,17 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         // "... until just before computeGridVelocity": new damage from the old state.
         let damage = self.new_damage(dt)?;
         // "Continue MPM like usual using the new updated damage values".
-        self.particles_to_grid(dt, &damage.d);
-        self.grid_velocity(dt);
+        match self.settings.integrator {
+            Integrator::Symplectic => {
+                self.particles_to_grid(dt, &damage.d);
+                self.grid_velocity(dt);
+            }
+            Integrator::Implicit(options) => {
+                self.particles_to_grid(0.0, &damage.d);
+                self.grid_velocity(dt);
+                self.implicit_velocity(dt, &damage.d, &options)?;
+            }
+        }
         if self.has_inextensible_fibres() {
             self.project_onto_inextensible(dt)?;
         }

@@ -176,6 +176,38 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Scatter<T, D>
     }
 }
 
+/// Adds S ∇N_i (or its moving-least-squares twin) to the nodes under a particle at x.
+#[inline(always)]
+pub(crate) fn spread_stress<T: Float, S: Scheme, const D: usize>(
+    x: &[T; D],
+    h: T,
+    stress: &Mat<T, D>,
+    origin: [i32; D],
+    window: &mut [Node<T>],
+) {
+    let factors = Factors::<T, D>::new::<S>(x, h);
+    let (by, scale) = match (S::KERNEL_GRADIENT, S::Kernel::INERTIA) {
+        (false, Some(inertia)) => (&factors.moment, T::from_f64(1.0 / inertia) / (h * h)),
+        _ => (&factors.dw, T::one()),
+    };
+    let columns: [[T; 4]; D] = core::array::from_fn(|a| column(&stress.scale(scale), a));
+    let last = D - 1;
+    let start = window_start::<S::Kernel, D>(factors.base, origin);
+    for_each_row::<S::Kernel, D>(start, |first, i, j| {
+        let (w, row_by) = factors.row(by, i, j);
+        let mut by_w = [T::zero(); 4];
+        for a in 0..last {
+            add_scaled(&mut by_w, row_by[a], &columns[a]);
+        }
+        let by_last = columns[last].map(|c| w * c);
+        let row = &mut window[first..first + S::Kernel::WIDTH];
+        for (k, node) in row.iter_mut().enumerate() {
+            add_scaled(node, factors.w[last][k], &by_w);
+            add_scaled(node, by[last][k], &by_last);
+        }
+    });
+}
+
 /// What a particle reads from the velocities on the grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion<T, const D: usize> {
