@@ -29,7 +29,8 @@ pub struct InextensibleSolution<const D: usize> {
     pub lambda: Vec<f64>,
     /// Products with L.
     pub iterations: usize,
-    /// max_z |(B v)_z| / √L_zz over the same for M⁻¹ b: what is left of the stretch rate.
+    /// max_z |(B v)_z| / √L_zz over the same for M⁻¹ b (or 1e-6 of the mass norm of v, if that is
+    /// more): what is left of the stretch rate.
     pub violation: f64,
 }
 
@@ -49,9 +50,10 @@ impl<'a, const D: usize> Projection<'a, D> {
     /// Assembles B and M⁻¹ (alg. 11, lines 5-8). `inverse_mass` is Δt/m_i on all nodes of the
     /// grid, 0 where there is no mass.
     ///
+    /// Collision rows at nodes that no fibre reaches are left out: nothing couples to them.
+    ///
     /// # Errors
-    /// A collision row at a node that no fibre reaches is dropped silently by the caller's
-    /// obstacle; a length that differs is an error.
+    /// A length that differs.
     pub fn new(
         grid: &'a FibreGrid<D>,
         inverse_mass: &[f64],
@@ -68,7 +70,6 @@ impl<'a, const D: usize> Projection<'a, D> {
             .iter()
             .map(|&place| inverse_mass[place as usize])
             .collect();
-        // Nodes that no fibre reaches keep what the obstacle gave them.
         let collisions: Vec<_> = collisions
             .iter()
             .filter(|row| number[row.node] != u32::MAX)
@@ -131,7 +132,15 @@ impl<'a, const D: usize> Projection<'a, D> {
         let mut v: Vec<[f64; D]> = nodes.iter().map(|&n| free[n as usize]).collect();
         let start = v.clone();
         let before = self.violation(&v);
-        let before_max = before.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+        // |(B v)_z|/√L_zz is at most the mass norm of v: what is 1e-6 of that is rounding of a
+        // motion that stretches nothing.
+        let size: f64 = v
+            .iter()
+            .zip(&self.inverse_mass)
+            .map(|(v, &m)| if m > 0.0 { dot(*v, *v) / m } else { 0.0 })
+            .sum::<f64>()
+            .sqrt();
+        let before_max = before.iter().fold(1e-6 * size, |m, r| m.max(r.abs()));
         let mut total = vec![0.0; rows];
         let mut iterations = 0;
         let mut left = before_max;
