@@ -1,1 +1,43 @@
 //! AnisoMPM: anisotropic damage, QR elasticity and inextensible fibres on a material-point host
+#![allow(non_snake_case)]
+// Comparisons are written so that NaN fails them: `!(a < b)` is not `a >= b`.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+mod binning;
+mod blocks;
+mod body;
+pub mod damage;
+mod error;
+mod fibre_law;
+mod float;
+mod host_damage;
+mod host_fibres;
+mod implicit;
+pub mod inextensibility;
+pub mod kernels;
+pub mod kkt;
+mod law;
+mod obstacle;
+mod particles;
+#[cfg(feature = "scenes")]
+pub mod scenes;
+mod simulation;
+mod step;
+mod transfer;
+mod window;
+
+pub use binning::Binning;
+pub use blocks::{BLOCK_NODES, BlockSet, block_side};
+pub use body::{Body, Fibre};
+pub use error::MpmError;
+pub use fibre_law::FibreReinforced;
+pub use float::Float;
+pub use implicit::ImplicitStep;
+pub use kernels::{Cubic, Linear, Quadratic, Spline, Stencil};
+pub use law::{Elastic, Law, wave_speed};
+pub use obstacle::{Contact, Obstacle, Shape, Touch};
+pub use particles::{Particle, Particles};
+pub use simulation::{Energies, Integrator, Settings, Simulation};
+pub use step::FrameInfo;
+pub use transfer::{Apic, ConstantInertia, MlsMpm, Scheme};
+pub use window::{Gather, Node, Scatter, Visit, for_each_row, window_start};

@@ -1,0 +1,117 @@
+//! What can go wrong, where, and what to do about it.
+
+use thiserror::Error;
+
+/// Why a simulation or an augmentation gave no result. The last good state is kept.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MpmError {
+    /// A particle that no grid block can hold.
+    #[error(
+        "particle {particle} at {position:?} is not finite or more than 2^20 blocks from the origin; remove it or add walls"
+    )]
+    ParticleOffGrid {
+        /// Its index.
+        particle: usize,
+        /// Where it is, m.
+        position: Vec<f64>,
+    },
+    /// A number in the input that makes no sense.
+    #[error("{what} is {value}: it must be {need}")]
+    Parameter {
+        /// Which one.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What was expected.
+        need: &'static str,
+    },
+    /// Two inputs that must have the same length.
+    #[error("{what} has {found} entries, there are {expected} particles")]
+    Length {
+        /// Which input.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The number of particles.
+        expected: usize,
+    },
+    /// A step was halved until nothing was left.
+    #[error(
+        "at time {time} s particle {particle} {reason} even with a step of {dt:e} s; use a finer grid, a softer material or a smaller velocity"
+    )]
+    StepRejected {
+        /// Simulated time before the step, s.
+        time: f64,
+        /// The smallest step tried, s.
+        dt: f64,
+        /// The first particle that was wrong.
+        particle: usize,
+        /// What was wrong with it.
+        reason: &'static str,
+    },
+    /// A frame would take more substeps than allowed.
+    #[error(
+        "at time {time} s a stable step is {dt:e} s: the frame needs more than {limit} substeps; raise `max_substeps` or soften the material"
+    )]
+    TooManySubsteps {
+        /// Simulated time, s.
+        time: f64,
+        /// Stable step, s.
+        dt: f64,
+        /// The limit.
+        limit: usize,
+    },
+    /// A linear solve failed.
+    #[error("{system}: {message}")]
+    Solve {
+        /// Which system.
+        system: &'static str,
+        /// What the solver said.
+        message: String,
+    },
+    /// Newton's method ended before its tolerance.
+    #[error(
+        "{system} stopped after {iterations} Newton steps at a residual of {residual:e}, {target:e} was asked for"
+    )]
+    Newton {
+        /// Which system.
+        system: &'static str,
+        /// Steps taken.
+        iterations: usize,
+        /// Residual norm reached.
+        residual: f64,
+        /// Residual norm asked for.
+        target: f64,
+    },
+}
+
+/// `Err` unless the value is finite and positive; NaN fails.
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), MpmError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(MpmError::Parameter {
+            what,
+            value,
+            need: "finite and positive",
+        })
+    }
+}
+
+/// `Err` unless the lengths agree.
+pub(crate) fn same_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), MpmError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(MpmError::Length {
+            what,
+            found,
+            expected,
+        })
+    }
+}

@@ -1,0 +1,383 @@
+//! Implicit steps: Newton's method with conjugate gradients for the velocities of the grid.
+//!
+//! The grid velocity v^{n+1} minimises the incremental potential
+//!
+//! ```text
+//! E(v) = ½ Σ_i m_i |v_i − v*_i|² + Σ_p V_p⁰ ψ((I + Δt ∇v(x_p)) F_p)
+//! ```
+//!
+//! over the velocities that the obstacles allow; v* is the grid velocity without internal force.
+//! Its Hessian is applied with the law's exact stress differential and never assembled.
+
+use crate::body::Body;
+use crate::error::MpmError;
+use crate::float::Float;
+use crate::kernels::{Spline, locate};
+use crate::law::Law;
+use crate::particles::Particles;
+use crate::simulation::Simulation;
+use crate::transfer::{Scheme, read_motion, spread_stress};
+use crate::window::{Gather, Node, Scatter};
+use fem_kinematics::Mat;
+use fem_solvers::{LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg};
+use std::marker::PhantomData;
+
+/// When an implicit step is accurate enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImplicitStep {
+    /// Largest change of velocity of the last Newton step, m/s.
+    pub tolerance: f64,
+    /// Give up after this many Newton steps.
+    pub max_iterations: usize,
+}
+
+impl Default for ImplicitStep {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_iterations: 40,
+        }
+    }
+}
+
+/// The incremental potential of one step.
+struct Potential<'a, T, L, S: Scheme, const D: usize> {
+    simulation: &'a Simulation<T, S, L, D>,
+    damage: &'a [T],
+    dt: f64,
+    /// Masses of the nodes.
+    mass: Vec<f64>,
+    /// v*.
+    target: Vec<[f64; D]>,
+    /// Directions in which a node may not move, orthonormal.
+    blocked: Vec<Vec<[f64; D]>>,
+}
+
+impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
+    fn particles(&self) -> &Particles<T, D> {
+        &self.simulation.particles
+    }
+    fn bodies(&self) -> &[Body<L, D>] {
+        &self.simulation.bodies
+    }
+
+    /// Δt ∇v F_p at every particle.
+    fn strain(&self, v: &[f64]) -> Vec<Mat<f64, D>> {
+        let field: Vec<Node<f64>> = v
+            .chunks(D)
+            .map(|v| core::array::from_fn(|c| if c < D { v[c] } else { 0.0 }))
+            .collect();
+        let read = ReadStrain::<T, S, D> {
+            particles: self.particles(),
+            h: self.simulation.settings.cell_size,
+            dt: self.dt,
+            scheme: PhantomData,
+        };
+        self.simulation.binning.gather(&field, &read)
+    }
+
+    /// Σ_p V_p⁰ Δt P_p F_pᵀ ∇N_i, for stresses given at every particle.
+    fn spread(&self, stress: &[Mat<f64, D>]) -> Vec<f64> {
+        let task = SpreadStress::<T, S, D> {
+            particles: self.particles(),
+            stress,
+            h: self.simulation.settings.cell_size,
+            dt: self.dt,
+            scheme: PhantomData,
+        };
+        let (mut windows, mut field) = (Vec::new(), Vec::new());
+        self.simulation
+            .binning
+            .scatter(&task, &mut windows, &mut field);
+        field.iter().flat_map(|node| node[..D].to_vec()).collect()
+    }
+
+    fn state(&self, p: usize) -> (Mat<f64, D>, f64, f64) {
+        let particles = self.particles();
+        (
+            wide(&particles.F[p]),
+            self.damage[p].to_f64(),
+            particles.volume[p].to_f64(),
+        )
+    }
+
+    fn law(&self, p: usize) -> L {
+        self.bodies()[self.particles().body[p] as usize].law
+    }
+
+    fn energy(&self, v: &[f64]) -> f64 {
+        let mut e = 0.0;
+        for (i, v) in v.chunks(D).enumerate() {
+            for a in 0..D {
+                e += 0.5 * self.mass[i] * (v[a] - self.target[i][a]).powi(2);
+            }
+        }
+        for (p, dF) in self.strain(v).iter().enumerate() {
+            let (F, d, volume) = self.state(p);
+            e += volume * self.law(p).energy(&(F + *dF), d);
+        }
+        e
+    }
+
+    /// ∂E/∂v without the blocked directions, and F at the end of the step.
+    fn gradient(&self, v: &[f64]) -> (Vec<f64>, Vec<Mat<f64, D>>) {
+        let mut now = self.strain(v);
+        let mut stress = vec![Mat::zeros(); now.len()];
+        for p in 0..now.len() {
+            let (F, d, _) = self.state(p);
+            now[p] += F;
+            stress[p] = self.law(p).stress(&now[p], d);
+        }
+        let mut g = self.spread(&stress);
+        for (i, v) in v.chunks(D).enumerate() {
+            for a in 0..D {
+                g[i * D + a] += self.mass[i] * (v[a] - self.target[i][a]);
+            }
+        }
+        self.block(&mut g);
+        (g, now)
+    }
+
+    /// Takes the blocked directions out of a node vector.
+    fn block(&self, g: &mut [f64]) {
+        for (g, blocked) in g.chunks_mut(D).zip(&self.blocked) {
+            for n in blocked {
+                let along: f64 = (0..D).map(|a| g[a] * n[a]).sum();
+                for a in 0..D {
+                    g[a] -= along * n[a];
+                }
+            }
+        }
+    }
+}
+
+/// The Hessian of the potential at F, on the free directions; a unit matrix on the others.
+struct Hessian<'a, 'b, T, L, S: Scheme, const D: usize> {
+    potential: &'a Potential<'b, T, L, S, D>,
+    F: &'a [Mat<f64, D>],
+}
+impl<T: Float, L: Law<D>, S: Scheme, const D: usize> LinearOperator
+    for Hessian<'_, '_, T, L, S, D>
+{
+    fn dim(&self) -> usize {
+        self.potential.mass.len() * D
+    }
+    fn structure(&self) -> Structure {
+        // Conjugate gradients report the first direction of negative curvature.
+        Structure::SymmetricPositiveDefinite
+    }
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let potential = self.potential;
+        let mut free = x.to_vec();
+        potential.block(&mut free);
+        let mut dP = potential.strain(&free);
+        for (p, dP) in dP.iter_mut().enumerate() {
+            let (_, d, _) = potential.state(p);
+            *dP = potential.law(p).stress_differential(&self.F[p], dP, d);
+        }
+        let mut product = potential.spread(&dP);
+        for (i, y) in product.chunks_mut(D).enumerate() {
+            for a in 0..D {
+                y[a] += potential.mass[i] * free[i * D + a];
+            }
+        }
+        potential.block(&mut product);
+        for i in 0..y.len() {
+            // Where nothing moves (no mass, or blocked) the row is a unit row.
+            let still = !(potential.mass[i / D] > 0.0);
+            y[i] = if still {
+                x[i]
+            } else {
+                product[i] + (x[i] - free[i]) * potential.mass[i / D]
+            };
+        }
+    }
+}
+
+/// 1/m: the mass scaling takes the decades between border and inner nodes out of the system.
+struct MassScaling<'a, const D: usize>(&'a [f64]);
+impl<const D: usize> Preconditioner for MassScaling<'_, D> {
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        for i in 0..r.len() {
+            let mass = self.0[i / D];
+            z[i] = if mass > 0.0 { r[i] / mass } else { r[i] };
+        }
+    }
+}
+
+impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+    /// Replaces the grid velocity (mass and v* in the field) by the minimiser of the potential.
+    pub(crate) fn implicit_velocity(
+        &mut self,
+        dt: f64,
+        damage: &[T],
+        options: &ImplicitStep,
+    ) -> Result<(), MpmError> {
+        let nodes = self.field.len();
+        let mass: Vec<f64> = self.field.iter().map(|node| node[3].to_f64()).collect();
+        let target: Vec<[f64; D]> = self
+            .field
+            .iter()
+            .map(|node| core::array::from_fn(|a| node[a].to_f64()))
+            .collect();
+        let blocked = (0..nodes)
+            .map(|i| self.blocked_directions(i, &target[i], mass[i], dt))
+            .collect();
+        let potential = Potential {
+            simulation: &*self,
+            damage,
+            dt,
+            mass,
+            target,
+            blocked,
+        };
+        let mut v: Vec<f64> = potential.target.as_flattened().to_vec();
+        let mut energy = potential.energy(&v);
+        let mut change = f64::INFINITY;
+        for iteration in 0..options.max_iterations {
+            let (g, F) = potential.gradient(&v);
+            let rhs: Vec<f64> = g.iter().map(|g| -g).collect();
+            let hessian = Hessian {
+                potential: &potential,
+                F: &F,
+            };
+            let jacobi = MassScaling::<D>(&potential.mass);
+            let params = PcgParams {
+                relative_tolerance: 1e-4,
+                max_iterations: 500,
+                ..PcgParams::default()
+            };
+            let mut step = vec![0.0; v.len()];
+            match pcg(&hessian, &jacobi, &rhs, &mut step, &params) {
+                Ok(_) => {}
+                // The iterate so far is still a descent direction; the first one may be 0.
+                Err(
+                    PcgError::NegativeCurvature { .. }
+                    | PcgError::Stagnated { .. }
+                    | PcgError::NotConverged { .. },
+                ) => {
+                    if step.iter().all(|&s| s == 0.0) {
+                        jacobi.apply(&rhs, &mut step);
+                    }
+                }
+                Err(error) => {
+                    return Err(MpmError::Solve {
+                        system: "implicit step",
+                        message: format!("Newton step {iteration}: {error}"),
+                    });
+                }
+            }
+            let slope: f64 = step.iter().zip(&g).map(|(s, g)| s * g).sum();
+            let mut length = 1.0;
+            let next = loop {
+                let trial: Vec<f64> = v.iter().zip(&step).map(|(v, s)| v + length * s).collect();
+                let trial_energy = potential.energy(&trial);
+                if trial_energy <= energy + 1e-4 * length * slope + 1e-12 * energy.abs() {
+                    break Some((trial, trial_energy));
+                }
+                length *= 0.5;
+                if length < 1e-8 {
+                    break None;
+                }
+            };
+            let Some((trial, trial_energy)) = next else {
+                break;
+            };
+            change = step.iter().fold(0.0f64, |m, s| m.max((length * s).abs()));
+            (v, energy) = (trial, trial_energy);
+            if change <= options.tolerance {
+                for (node, v) in self.field.iter_mut().zip(v.chunks(D)) {
+                    for a in 0..D {
+                        node[a] = T::from_f64(v[a]);
+                    }
+                }
+                return Ok(());
+            }
+        }
+        Err(MpmError::Newton {
+            system: "implicit step",
+            iterations: options.max_iterations,
+            residual: change,
+            target: options.tolerance,
+        })
+    }
+
+    /// Directions that the obstacles take from a node whose velocity they have already changed.
+    fn blocked_directions(&self, index: usize, v: &[f64; D], mass: f64, dt: f64) -> Vec<[f64; D]> {
+        let mut blocked: Vec<[f64; D]> = Vec::new();
+        if !(mass > 0.0) || self.obstacles.is_empty() {
+            return blocked;
+        }
+        let h = self.settings.cell_size;
+        let x = self.binning.nodes.node(index).map(|i| f64::from(i) * h);
+        for obstacle in &self.obstacles {
+            for n in obstacle
+                .touch(x, self.time + dt)
+                .iter()
+                .flat_map(|t| t.held(v))
+            {
+                // Gram-Schmidt against what is already held.
+                let mut n: [f64; D] = n;
+                for m in &blocked {
+                    let along: f64 = (0..D).map(|a| n[a] * m[a]).sum();
+                    n = core::array::from_fn(|a| n[a] - along * m[a]);
+                }
+                let length = n.iter().map(|c| c * c).sum::<f64>().sqrt();
+                if length > 1e-6 {
+                    blocked.push(n.map(|c| c / length));
+                }
+            }
+        }
+        blocked
+    }
+}
+
+fn wide<T: Float, const D: usize>(F: &Mat<T, D>) -> Mat<f64, D> {
+    Mat::from_fn(|i, j| F.0[i][j].to_f64())
+}
+
+struct ReadStrain<'a, T, S, const D: usize> {
+    particles: &'a Particles<T, D>,
+    h: f64,
+    dt: f64,
+    scheme: PhantomData<S>,
+}
+impl<T: Float, S: Scheme, const D: usize> Gather<f64, D> for ReadStrain<'_, T, S, D> {
+    type Output = Mat<f64, D>;
+    #[inline(always)]
+    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> Mat<f64, D> {
+        let x = same_cell::<T, S, D>(&self.particles.x[p], self.h);
+        let motion = read_motion::<f64, S, D>(&x, self.h, origin, window);
+        motion.gradient.scale(self.dt) * wide(&self.particles.F[p])
+    }
+}
+
+struct SpreadStress<'a, T, S, const D: usize> {
+    particles: &'a Particles<T, D>,
+    stress: &'a [Mat<f64, D>],
+    h: f64,
+    dt: f64,
+    scheme: PhantomData<S>,
+}
+impl<T: Float, S: Scheme, const D: usize> Scatter<f64, D> for SpreadStress<'_, T, S, D> {
+    #[inline(always)]
+    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+        let x = same_cell::<T, S, D>(&self.particles.x[p], self.h);
+        let impulse = self.stress[p]
+            .mul_tr(&wide(&self.particles.F[p]))
+            .scale(self.dt * self.particles.volume[p].to_f64());
+        spread_stress::<f64, S, D>(&x, self.h, &impulse, origin, window);
+    }
+}
+
+/// A particle's place in `f64`, in the same cell as in `T`: rounding must not move it across a
+/// cell's face, out of the window of its block.
+#[inline(always)]
+fn same_cell<T: Float, S: Scheme, const D: usize>(x: &[T; D], h: f64) -> [f64; D] {
+    let (base, f) = locate::<S::Kernel, T, D>(x, T::from_f64(h));
+    core::array::from_fn(|a| {
+        let shift = <S::Kernel as Spline>::SHIFT;
+        let inside = f[a].to_f64().clamp(shift + 1e-9, shift + 1.0 - 1e-9);
+        (f64::from(base[a]) + inside) * h
+    })
+}

@@ -1,0 +1,218 @@
+//! Linear, quadratic and cubic B-splines with first and second derivatives
+//! (doc 001, alg. 4: the Laplacian needs the cubic one).
+//!
+//! Nodes sit at `h (i, j, k)`. A particle at `x` sees, on every axis, the `WIDTH` nodes that start
+//! at `base`; `f = x/h − base` is its distance from the first of them in cells.
+
+use crate::float::Float;
+
+/// One of the three B-splines, on one axis and in units of the cell size.
+///
+/// All arrays have four entries so that one type serves the three widths; entries from `WIDTH`
+/// on are zero.
+pub trait Spline: Copy + Send + Sync + 'static {
+    /// Nodes per axis under the kernel.
+    const WIDTH: usize;
+    /// `base = ⌊x/h − SHIFT⌋`.
+    const SHIFT: f64;
+    /// `Σ w (x_i − x_p)² / h²`, which does not depend on the particle for the quadratic and the
+    /// cubic kernel; `None` for the linear one, where it does.
+    const INERTIA: Option<f64>;
+    /// N at the `WIDTH` nodes.
+    fn values<T: Float>(f: T) -> [T; 4];
+    /// dN/d(x/h) at the `WIDTH` nodes.
+    fn first<T: Float>(f: T) -> [T; 4];
+    /// d²N/d(x/h)² at the `WIDTH` nodes.
+    fn second<T: Float>(f: T) -> [T; 4];
+}
+
+/// Hat functions, two nodes per axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Linear;
+/// Three nodes per axis, continuous gradients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quadratic;
+/// Four nodes per axis, continuous second derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cubic;
+
+impl Spline for Linear {
+    const WIDTH: usize = 2;
+    const SHIFT: f64 = 0.0;
+    const INERTIA: Option<f64> = None;
+    #[inline(always)]
+    fn values<T: Float>(f: T) -> [T; 4] {
+        [T::one() - f, f, T::zero(), T::zero()]
+    }
+    #[inline(always)]
+    fn first<T: Float>(_: T) -> [T; 4] {
+        [-T::one(), T::one(), T::zero(), T::zero()]
+    }
+    #[inline(always)]
+    fn second<T: Float>(_: T) -> [T; 4] {
+        [T::zero(); 4]
+    }
+}
+
+impl Spline for Quadratic {
+    const WIDTH: usize = 3;
+    const SHIFT: f64 = 0.5;
+    const INERTIA: Option<f64> = Some(0.25);
+    #[inline(always)]
+    fn values<T: Float>(f: T) -> [T; 4] {
+        let c = T::from_f64;
+        let (a, b, e) = (c(1.5) - f, f - c(1.0), f - c(0.5));
+        [c(0.5) * a * a, c(0.75) - b * b, c(0.5) * e * e, T::zero()]
+    }
+    #[inline(always)]
+    fn first<T: Float>(f: T) -> [T; 4] {
+        let c = T::from_f64;
+        [f - c(1.5), c(-2.0) * (f - c(1.0)), f - c(0.5), T::zero()]
+    }
+    #[inline(always)]
+    fn second<T: Float>(_: T) -> [T; 4] {
+        [T::one(), T::from_f64(-2.0), T::one(), T::zero()]
+    }
+}
+
+impl Spline for Cubic {
+    const WIDTH: usize = 4;
+    const SHIFT: f64 = 1.0;
+    const INERTIA: Option<f64> = Some(1.0 / 3.0);
+    #[inline(always)]
+    fn values<T: Float>(f: T) -> [T; 4] {
+        let c = T::from_f64;
+        let t = f - c(1.0);
+        let s = c(1.0) - t;
+        let sixth = c(1.0 / 6.0);
+        [
+            s * s * s * sixth,
+            ((c(3.0) * t - c(6.0)) * t * t + c(4.0)) * sixth,
+            ((c(3.0) * s - c(6.0)) * s * s + c(4.0)) * sixth,
+            t * t * t * sixth,
+        ]
+    }
+    #[inline(always)]
+    fn first<T: Float>(f: T) -> [T; 4] {
+        let c = T::from_f64;
+        let t = f - c(1.0);
+        let s = c(1.0) - t;
+        let half = c(0.5);
+        [
+            -(half * s * s),
+            half * t * (c(3.0) * t - c(4.0)),
+            -(half * s * (c(3.0) * s - c(4.0))),
+            half * t * t,
+        ]
+    }
+    #[inline(always)]
+    fn second<T: Float>(f: T) -> [T; 4] {
+        let c = T::from_f64;
+        let t = f - c(1.0);
+        let s = c(1.0) - t;
+        [s, c(3.0) * t - c(2.0), c(3.0) * s - c(2.0), t]
+    }
+}
+
+/// First node of the stencil and distance from it in cells, on every axis.
+#[inline(always)]
+pub fn locate<K: Spline, T: Float, const D: usize>(x: &[T; D], h: T) -> ([i32; D], [T; D]) {
+    let mut base = [0; D];
+    let mut f = [T::zero(); D];
+    for a in 0..D {
+        let y = x[a] / h;
+        base[a] = (y - T::from_f64(K::SHIFT)).floor_to_i32();
+        f[a] = y - T::from_f64(f64::from(base[a]));
+    }
+    (base, f)
+}
+
+/// The nodes under one particle and the one-dimensional factors of their weights.
+///
+/// `N_i(x_p) = w[0][i] w[1][j] w[2][k]`; one factor of `dw` (1/m) or `ddw` (1/m²) in place of `w`
+/// gives a first or second derivative. Derivatives are with respect to x, in metres.
+#[derive(Clone, Copy, Debug)]
+pub struct Stencil<T, const D: usize> {
+    /// First node on each axis.
+    pub base: [i32; D],
+    /// N.
+    pub w: [[T; 4]; D],
+    /// dN/dx, 1/m.
+    pub dw: [[T; 4]; D],
+    /// d²N/dx², 1/m².
+    pub ddw: [[T; 4]; D],
+}
+
+impl<T: Float, const D: usize> Stencil<T, D> {
+    /// The stencil of the particle at `x` (m) on a grid of cell size `h` (m).
+    #[inline(always)]
+    pub fn new<K: Spline>(x: &[T; D], h: T) -> Self {
+        let (base, f) = locate::<K, T, D>(x, h);
+        let per_h = T::one() / h;
+        Self {
+            base,
+            w: core::array::from_fn(|a| K::values(f[a])),
+            dw: core::array::from_fn(|a| K::first(f[a]).map(|v| v * per_h)),
+            ddw: core::array::from_fn(|a| K::second(f[a]).map(|v| v * per_h * per_h)),
+        }
+    }
+
+    /// N at stencil node `n` (its position in the stencil on each axis).
+    #[inline(always)]
+    pub fn weight(&self, n: [usize; D]) -> T {
+        let mut product = self.w[0][n[0]];
+        for a in 1..D {
+            product *= self.w[a][n[a]];
+        }
+        product
+    }
+
+    /// ∇N at stencil node `n`, 1/m.
+    #[inline(always)]
+    pub fn gradient(&self, n: [usize; D]) -> [T; D] {
+        core::array::from_fn(|axis| {
+            let mut product = self.dw[axis][n[axis]];
+            for a in 0..D {
+                if a != axis {
+                    product *= self.w[a][n[a]];
+                }
+            }
+            product
+        })
+    }
+
+    /// ΔN at stencil node `n`, 1/m² (doc 001, alg. 4, line 5).
+    #[inline(always)]
+    pub fn laplacian(&self, n: [usize; D]) -> T {
+        // ERRATUM: N'' is with respect to x and carries 1/h².
+        let mut sum = T::zero();
+        for axis in 0..D {
+            let mut product = self.ddw[axis][n[axis]];
+            for a in 0..D {
+                if a != axis {
+                    product *= self.w[a][n[a]];
+                }
+            }
+            sum += product;
+        }
+        sum
+    }
+}
+
+/// Calls `visit` with the position of every node in a stencil of `width` nodes per axis, the
+/// last axis fastest.
+#[inline(always)]
+pub fn for_each_node<const D: usize>(width: usize, mut visit: impl FnMut([usize; D])) {
+    let mut n = [0; D];
+    let count = width.pow(D as u32);
+    for _ in 0..count {
+        visit(n);
+        for a in (0..D).rev() {
+            n[a] += 1;
+            if n[a] < width {
+                break;
+            }
+            n[a] = 0;
+        }
+    }
+}

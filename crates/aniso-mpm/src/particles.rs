@@ -1,0 +1,125 @@
+//! The state that particles carry, one array per quantity.
+
+use crate::error::{MpmError, positive};
+use crate::float::{Float, all_finite};
+use fem_kinematics::Mat;
+
+/// Particles as a structure of arrays. A simulation keeps them roughly in grid order, so a
+/// particle is recognised by its [`id`](Particles::id), not by its place.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Particles<T, const D: usize> {
+    /// Positions, m.
+    pub x: Vec<[T; D]>,
+    /// Velocities, m/s.
+    pub v: Vec<[T; D]>,
+    /// Affine velocity (APIC), 1/s.
+    pub C: Vec<Mat<T, D>>,
+    /// Deformation gradients, from the fibre frame to the world.
+    pub F: Vec<Mat<T, D>>,
+    /// Masses, kg.
+    pub mass: Vec<T>,
+    /// Rest volumes, m³ (m² in 2D).
+    pub volume: Vec<T>,
+    /// Damage d ∈ [0, 1].
+    pub damage: Vec<T>,
+    /// History D̃^H of the crack driving force.
+    pub history: Vec<T>,
+    /// Which of the simulation's bodies it belongs to.
+    pub body: Vec<u16>,
+    /// A name that sorting does not change.
+    pub id: Vec<u32>,
+}
+
+/// One new particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle<const D: usize> {
+    /// Position, m.
+    pub x: [f64; D],
+    /// Velocity, m/s.
+    pub v: [f64; D],
+    /// Deformation gradient: the rotation of the fibre frame for a particle at rest.
+    pub F: Mat<f64, D>,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Rest volume, m³ (m² in 2D).
+    pub volume: f64,
+    /// Damage d ∈ [0, 1].
+    pub damage: f64,
+    /// Which of the simulation's bodies it belongs to.
+    pub body: u16,
+}
+
+impl<T: Float, const D: usize> Particles<T, D> {
+    /// No particles.
+    pub fn new() -> Self {
+        Self {
+            x: Vec::new(),
+            v: Vec::new(),
+            C: Vec::new(),
+            F: Vec::new(),
+            mass: Vec::new(),
+            volume: Vec::new(),
+            damage: Vec::new(),
+            history: Vec::new(),
+            body: Vec::new(),
+            id: Vec::new(),
+        }
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+    /// No particle at all?
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Adds a particle; its id is the number of particles before it.
+    ///
+    /// # Errors
+    /// Mass or volume not positive, damage outside [0, 1], or a number that is not finite.
+    pub fn push(&mut self, p: &Particle<D>) -> Result<(), MpmError> {
+        positive("particle mass", p.mass)?;
+        positive("particle volume", p.volume)?;
+        if !(0.0..=1.0).contains(&p.damage) {
+            return Err(MpmError::Parameter {
+                what: "particle damage",
+                value: p.damage,
+                need: "between 0 and 1",
+            });
+        }
+        if !(all_finite(&p.x) && all_finite(&p.v) && p.F.0.iter().all(all_finite)) {
+            return Err(MpmError::Parameter {
+                what: "position, velocity or F of a particle",
+                value: f64::NAN,
+                need: "finite",
+            });
+        }
+        self.id.push(self.len() as u32);
+        self.x.push(p.x.map(T::from_f64));
+        self.v.push(p.v.map(T::from_f64));
+        self.C.push(Mat::zeros());
+        self.F.push(Mat::from_fn(|i, j| T::from_f64(p.F.0[i][j])));
+        self.mass.push(T::from_f64(p.mass));
+        self.volume.push(T::from_f64(p.volume));
+        self.damage.push(T::from_f64(p.damage));
+        self.history.push(T::zero());
+        self.body.push(p.body);
+        Ok(())
+    }
+
+    pub(crate) fn resize_like(&mut self, other: &Self) {
+        let n = other.len();
+        self.x.resize(n, [T::zero(); D]);
+        self.v.resize(n, [T::zero(); D]);
+        self.C.resize(n, Mat::zeros());
+        self.F.resize(n, Mat::zeros());
+        self.mass.resize(n, T::zero());
+        self.volume.resize(n, T::zero());
+        self.damage.resize(n, T::zero());
+        self.history.resize(n, T::zero());
+        self.body.resize(n, 0);
+        self.id.resize(n, 0);
+    }
+}

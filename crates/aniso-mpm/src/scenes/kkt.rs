@@ -1,0 +1,113 @@
+use super::Deviation;
+use super::read::{Report, list, number, numbers, relative};
+use crate::kkt::{ConstrainedProblem, RelaxedKkt};
+use serde_json::Value;
+
+/// E = xᵀHx/2 − g·x + κ/4 Σ x_i⁴ with c = G x − h₀.
+struct Quartic {
+    H: Vec<f64>,
+    g: Vec<f64>,
+    kappa: f64,
+    G: Vec<f64>,
+    h0: Vec<f64>,
+}
+
+fn multiply(m: &[f64], x: &[f64], y: &mut [f64]) {
+    for (y, row) in y.iter_mut().zip(m.chunks(x.len())) {
+        *y = row.iter().zip(x).map(|(m, x)| m * x).sum();
+    }
+}
+
+impl ConstrainedProblem for Quartic {
+    fn unknowns(&self) -> usize {
+        self.g.len()
+    }
+    fn constraints(&self) -> usize {
+        self.h0.len()
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        multiply(&self.H, x, g);
+        for i in 0..x.len() {
+            g[i] += self.kappa * x[i].powi(3) - self.g[i];
+        }
+    }
+    fn hessian(&self, x: &[f64], d: &[f64], y: &mut [f64]) {
+        multiply(&self.H, d, y);
+        for i in 0..x.len() {
+            y[i] += 3.0 * self.kappa * x[i] * x[i] * d[i];
+        }
+    }
+    fn diagonal(&self, x: &[f64], stiffness: f64, diagonal: &mut [f64]) {
+        let n = x.len();
+        for i in 0..n {
+            let squares: f64 = self.G.chunks(n).map(|row| row[i] * row[i]).sum();
+            diagonal[i] = self.H[i * n + i] + 3.0 * self.kappa * x[i] * x[i] + stiffness * squares;
+        }
+    }
+    fn constraint(&self, x: &[f64], c: &mut [f64]) {
+        multiply(&self.G, x, c);
+        for (c, h) in c.iter_mut().zip(&self.h0) {
+            *c -= h;
+        }
+    }
+    fn jacobian(&self, d: &[f64], y: &mut [f64]) {
+        multiply(&self.G, d, y);
+    }
+    fn jacobian_transpose(&self, lambda: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for (row, l) in self.G.chunks(y.len()).zip(lambda) {
+            for (y, g) in y.iter_mut().zip(row) {
+                *y += l * g;
+            }
+        }
+    }
+}
+
+pub fn compare(file: &Value) -> Result<Vec<Deviation>, String> {
+    let problem = Quartic {
+        H: numbers(file, "H")?,
+        g: numbers(file, "g")?,
+        kappa: number(file, "kappa")?,
+        G: numbers(file, "G")?,
+        h0: numbers(file, "h0")?,
+    };
+    let exact = numbers(&file["exact"], "x")?;
+    let mut report = Report {
+        prefix: "relaxed".into(),
+        deviations: Vec::new(),
+    };
+    for case in list(file, "relaxed")? {
+        let eta = number(case, "eta")?;
+        let solver = RelaxedKkt {
+            stiffness: -eta,
+            tolerance: 1e-10,
+            max_iterations: 30,
+        };
+        let start = vec![0.0; problem.g.len()];
+        let solution = solver.solve(&problem, &start).map_err(|e| e.to_string())?;
+        report.prefix = format!("eta={eta:e}");
+        report.push("x", relative(&solution.x, &numbers(case, "x")?), 1e-9);
+        report.push(
+            "lambda",
+            relative(&solution.lambda, &numbers(case, "lambda")?),
+            1e-8,
+        );
+        let path = numbers(case, "x_iterates")?;
+        let ours: Vec<f64> = solution.iterates.iter().flatten().copied().collect();
+        let shared = ours.len().min(path.len());
+        report.push("iterates", relative(&ours[..shared], &path[..shared]), 1e-9);
+        let distance: f64 = solution
+            .x
+            .iter()
+            .zip(&exact)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        let expected = number(&case["checks"], "distance_to_exact")?;
+        report.push(
+            "distance to the constrained optimum",
+            (distance - expected).abs(),
+            1e-9,
+        );
+    }
+    Ok(report.deviations)
+}

@@ -1,0 +1,281 @@
+//! The symplectic step (doc 001, alg. 3 and 6): particles to grid, grid velocity, grid to particles.
+
+use crate::blocks::BLOCK_NODES;
+use crate::damage::DamageOutput;
+use crate::error::MpmError;
+use crate::float::{Float, all_finite};
+use crate::law::Law;
+use crate::obstacle::Obstacle;
+use crate::simulation::{Integrator, Simulation};
+use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
+use crate::window::{CHUNK, Node};
+use rayon::prelude::*;
+use std::marker::PhantomData;
+
+/// How often a rejected step is halved before it becomes an error.
+const MAX_HALVINGS: usize = 20;
+/// Steps between two searches for the fastest elastic wave.
+const WAVE_INTERVAL: usize = 16;
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameInfo {
+    /// Steps taken.
+    pub substeps: usize,
+    /// Steps rejected and retried with half the length.
+    pub rejected: usize,
+    /// Shortest step, s.
+    pub shortest: f64,
+}
+
+impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+    /// Advances by `duration` seconds in as many steps as motion, waves and deformation ask for.
+    ///
+    /// # Errors
+    /// A state that stays wrong however short the step; the state of the last good step is kept.
+    pub fn advance(&mut self, duration: f64) -> Result<FrameInfo, MpmError> {
+        if !(duration >= 0.0 && duration.is_finite()) {
+            return Err(MpmError::Parameter {
+                what: "duration",
+                value: duration,
+                need: "finite and not negative",
+            });
+        }
+        let end = self.time + duration;
+        let mut info = FrameInfo {
+            shortest: f64::INFINITY,
+            ..FrameInfo::default()
+        };
+        let mut left = duration;
+        while left > 0.0 {
+            if self.steps.is_multiple_of(WAVE_INTERVAL) {
+                self.wave_speed = self.fastest_wave();
+            }
+            let stable = self.stable_step();
+            // Equal steps to the end of the frame instead of a sliver at the end.
+            let count = (left / stable).ceil().max(1.0);
+            if !(info.substeps as f64 + count <= self.settings.max_substeps as f64) {
+                return Err(MpmError::TooManySubsteps {
+                    time: self.time,
+                    dt: stable,
+                    limit: self.settings.max_substeps,
+                });
+            }
+            let mut dt = left / count;
+            for halving in 0.. {
+                match self.step(dt) {
+                    Ok(()) => break,
+                    Err(MpmError::StepRejected { .. }) if halving < MAX_HALVINGS => {
+                        info.rejected += 1;
+                        dt *= 0.5;
+                    }
+                    Err(error) => return Err(error),
+                }
+            }
+            info.substeps += 1;
+            info.shortest = info.shortest.min(dt);
+            left = end - self.time;
+            if left < 1e-9 * dt {
+                self.time = end;
+                left = 0.0;
+            }
+        }
+        Ok(info)
+    }
+
+    /// One step of exactly `dt` seconds.
+    ///
+    /// # Errors
+    /// [`MpmError::StepRejected`] where a particle would become non-finite or deform by more than
+    /// the step may deform it; the state is then unchanged and a shorter step may be tried.
+    pub fn step(&mut self, dt: f64) -> Result<(), MpmError> {
+        crate::error::positive("time step", dt)?;
+        if self.particles.is_empty() {
+            self.time += dt;
+            self.steps += 1;
+            return Ok(());
+        }
+        // "Begin MPM like usual": find the grid.
+        self.binning.rebuild(&self.particles.x)?;
+        // "... until just before computeGridVelocity": new damage from the old state.
+        let damage = self.new_damage(dt)?;
+        // "Continue MPM like usual using the new updated damage values".
+        match self.settings.integrator {
+            Integrator::Symplectic => {
+                self.particles_to_grid(dt, &damage.d);
+                self.grid_velocity(dt);
+            }
+            Integrator::Implicit(options) => {
+                self.particles_to_grid(0.0, &damage.d);
+                self.grid_velocity(dt);
+                self.implicit_velocity(dt, &damage.d, &options)?;
+            }
+        }
+        if self.has_inextensible_fibres() {
+            self.project_onto_inextensible(dt)?;
+        }
+        self.next.resize_like(&self.particles);
+        let worst = self.grid_to_particles(dt, &damage);
+        self.accept(dt, worst)
+    }
+
+    fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
+        let task = ParticlesToGrid::<T, L, S, D> {
+            particles: &self.particles,
+            damage,
+            bodies: &self.bodies,
+            h: T::from_f64(self.settings.cell_size),
+            dt: T::from_f64(dt),
+            scheme: PhantomData,
+        };
+        self.binning
+            .scatter(&task, &mut self.windows, &mut self.field);
+    }
+
+    /// Momentum to velocity, gravity and obstacles.
+    fn grid_velocity(&mut self, dt: f64) {
+        let (h, time) = (self.settings.cell_size, self.time + dt);
+        let gravity: [T; D] = self.settings.gravity.map(|g| T::from_f64(g * dt));
+        let (nodes, obstacles) = (&self.binning.nodes, &self.obstacles[..]);
+        self.field
+            .par_chunks_mut(BLOCK_NODES)
+            .enumerate()
+            .with_min_len(4)
+            .for_each(|(slot, block)| {
+                for node in block.iter_mut() {
+                    velocity_of(node, &gravity);
+                }
+                if !obstacles.is_empty() {
+                    for (local, node) in block.iter_mut().enumerate() {
+                        if node[3] > T::zero() {
+                            let at = nodes.node(slot * BLOCK_NODES + local);
+                            meet(node, at.map(|i| f64::from(i) * h), time, obstacles);
+                        }
+                    }
+                }
+            });
+    }
+
+    fn grid_to_particles(&mut self, dt: f64, new_damage: &DamageOutput<T>) -> Worst {
+        let (particles, binning, field) = (&self.particles, &self.binning, &self.field[..]);
+        let next = &mut self.next;
+        let order = &binning.order[..];
+        let worst: Vec<Worst> = (
+            next.x.par_chunks_mut(CHUNK),
+            next.v.par_chunks_mut(CHUNK),
+            next.C.par_chunks_mut(CHUNK),
+            next.F.par_chunks_mut(CHUNK),
+        )
+            .into_par_iter()
+            .enumerate()
+            .map(|(chunk, (x, v, C, F))| {
+                let first = chunk * CHUNK;
+                let ranks = first..first + x.len();
+                let mut visitor = GridToParticles::<T, S, D> {
+                    particles,
+                    h: T::from_f64(binning.h),
+                    dt: T::from_f64(dt),
+                    first,
+                    next: NextChunk { x, v, C, F },
+                    worst: Worst {
+                        speed_squared: 0.0,
+                        not_finite: None,
+                        too_fast: None,
+                    },
+                    scheme: PhantomData,
+                };
+                binning.visit(field, ranks, &mut visitor);
+                visitor.worst
+            })
+            .collect();
+        (
+            next.mass.par_chunks_mut(CHUNK),
+            next.volume.par_chunks_mut(CHUNK),
+            next.damage.par_chunks_mut(CHUNK),
+            next.history.par_chunks_mut(CHUNK),
+            next.body.par_chunks_mut(CHUNK),
+            next.id.par_chunks_mut(CHUNK),
+            order.par_chunks(CHUNK),
+        )
+            .into_par_iter()
+            .for_each(|(mass, volume, damage, history, body, id, order)| {
+                for (k, &p) in order.iter().enumerate() {
+                    let p = p as usize;
+                    mass[k] = particles.mass[p];
+                    volume[k] = particles.volume[p];
+                    damage[k] = new_damage.d[p];
+                    history[k] = new_damage.history[p];
+                    body[k] = particles.body[p];
+                    id[k] = particles.id[p];
+                }
+            });
+        worst.into_iter().fold(
+            Worst {
+                speed_squared: 0.0,
+                not_finite: None,
+                too_fast: None,
+            },
+            |a, b| Worst {
+                speed_squared: a.speed_squared.max(b.speed_squared),
+                not_finite: a.not_finite.or(b.not_finite),
+                too_fast: a.too_fast.or(b.too_fast),
+            },
+        )
+    }
+
+    /// Makes the next state the current one if it is good.
+    fn accept(&mut self, dt: f64, worst: Worst) -> Result<(), MpmError> {
+        let reject = |particle, reason| MpmError::StepRejected {
+            time: self.time,
+            dt,
+            particle,
+            reason,
+        };
+        if let Some(particle) = worst.not_finite {
+            return Err(reject(particle, "gets a state that is not finite"));
+        }
+        if let Some(particle) = worst.too_fast {
+            return Err(reject(particle, "deforms too fast"));
+        }
+        std::mem::swap(&mut self.particles, &mut self.next);
+        self.time += dt;
+        self.steps += 1;
+        Ok(())
+    }
+}
+
+/// Momentum to velocity, plus `gravity` (m/s, already times Δt).
+#[inline(always)]
+fn velocity_of<T: Float, const D: usize>(node: &mut Node<T>, gravity: &[T; D]) {
+    let mass = node[3];
+    if mass > T::TINY {
+        for a in 0..D {
+            node[a] = node[a] / mass + gravity[a];
+        }
+    } else {
+        *node = [T::zero(); 4];
+    }
+}
+
+/// Applies every obstacle that holds the node, in their order.
+#[inline]
+fn meet<T: Float, const D: usize>(
+    node: &mut Node<T>,
+    x: [f64; D],
+    time: f64,
+    obstacles: &[Obstacle<D>],
+) {
+    let mut v: [f64; D] = core::array::from_fn(|a| node[a].to_f64());
+    let mut touched = false;
+    for obstacle in obstacles {
+        if let Some(touch) = obstacle.touch(x, time) {
+            v = touch.apply(v);
+            touched = true;
+        }
+    }
+    if touched && all_finite(&v) {
+        for a in 0..D {
+            node[a] = T::from_f64(v[a]);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Damage in time: explicit against implicit, irreversibility, and a grid only where it is needed.
+#![allow(non_snake_case)]
+use aniso_mpm::damage::{
+    Augmentation, DamageInput, DamageModel, DamageParameters, DamageUpdate, Director, Directors,
+    Gradient, ImplicitOptions, RightHandSide, stress_at_stretch, tensile_part,
+};
+use fem_kinematics::Mat;
+use fem_materials::NeoHookean;
+
+const H: f64 = 0.1;
+
+fn model() -> DamageModel<2> {
+    DamageModel {
+        parameters: DamageParameters::new(H, 1.0, 0.05),
+        directors: Directors::Isotropic,
+    }
+}
+
+/// d after 0.1 s with a constant history of the driving force, in steps of `dt`.
+fn run(update: DamageUpdate, dt: f64, d0: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
+    let x: Vec<[f64; 2]> = (0..900)
+        .map(|i| [0.04 * (i % 30) as f64, 0.04 * (i / 30) as f64])
+        .collect();
+    let F = vec![Mat::identity(); x.len()];
+    let sigma = vec![Mat::zeros(); x.len()];
+    let volume = vec![0.0016; x.len()];
+    let mut d: Vec<f64> = x.iter().map(|&x| d0(x)).collect();
+    let mut history = vec![1.7; x.len()];
+    let mut augmentation = Augmentation::new(H, update);
+    for _ in 0..(0.1 / dt).round() as usize {
+        let input = DamageInput {
+            x: &x,
+            F: &F,
+            sigma: &sigma,
+            volume: &volume,
+            d: &d,
+            history: &history,
+        };
+        let new = augmentation.step(&input, &|_| Some(model()), dt).unwrap();
+        (d, history) = (new.d, new.history);
+    }
+    d
+}
+
+#[test]
+fn explicit_and_implicit_agree_to_first_order_in_the_step() {
+    for gradient in [Gradient::MlsMpm, Gradient::BSpline] {
+        for right_hand_side in [RightHandSide::GridDamage, RightHandSide::ParticleDamage] {
+            let implicit = DamageUpdate::Implicit(ImplicitOptions {
+                right_hand_side,
+                gradient,
+                tolerance: 1e-12,
+            });
+            let difference = |dt| {
+                let (a, b) = (
+                    run(DamageUpdate::Explicit, dt, |_| 0.2),
+                    run(implicit, dt, |_| 0.2),
+                );
+                a.iter()
+                    .zip(&b)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max)
+            };
+            let (long, short) = (difference(2e-3), difference(1e-3));
+            let order = (long / short).log2();
+            println!("{gradient:?} {right_hand_side:?}: {long:.2e} {short:.2e}, order {order:.3}");
+            assert!((order - 1.0).abs() < 0.1);
+        }
+    }
+}
+
+#[test]
+fn damage_never_heals_and_stays_below_one() {
+    let bump = |x: [f64; 2]| {
+        if (x[0] - 0.6).hypot(x[1] - 0.6) < 0.1 {
+            1.0
+        } else {
+            0.0
+        }
+    };
+    let before: Vec<f64> = run(DamageUpdate::Explicit, 1.0, bump);
+    for update in [
+        DamageUpdate::Explicit,
+        DamageUpdate::Implicit(ImplicitOptions::default()),
+    ] {
+        let after = run(update, 5e-3, bump);
+        for (a, b) in after.iter().zip(&before) {
+            assert!(*a <= 1.0 && (*b < 1.0 || *a == 1.0));
+        }
+    }
+}
+
+#[test]
+fn nothing_happens_where_nothing_can() {
+    let x = vec![[0.0; 3]; 50];
+    let zero = vec![0.0; 50];
+    let input = DamageInput {
+        x: &x,
+        F: &vec![Mat::identity(); 50],
+        sigma: &vec![Mat::zeros(); 50],
+        volume: &vec![1.0; 50],
+        d: &zero,
+        history: &zero,
+    };
+    let damage = DamageModel {
+        parameters: DamageParameters::new(H, 1.0, 0.05),
+        directors: Directors::<3>::Isotropic,
+    };
+    for update in [
+        DamageUpdate::Explicit,
+        DamageUpdate::Implicit(ImplicitOptions::default()),
+    ] {
+        let out = Augmentation::new(H, update)
+            .step(&input, &|_| Some(damage), 0.1)
+            .unwrap();
+        assert_eq!(out.d, zero);
+        assert_eq!(out.history, zero);
+    }
+}
+
+#[test]
+fn structural_tensor_turns_with_the_material_and_survives_collapse() {
+    let (s, c) = 0.7f64.sin_cos();
+    let turn = Mat([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]);
+    let stretch = Mat::from_diagonal([1.4, 0.8, 1.1]);
+    let directors = Directors::Orthotropic(
+        Director {
+            direction: [1.0, 0.0, 0.0],
+            weight: -1.0,
+        },
+        Director {
+            direction: [0.0, 1.0, 0.0],
+            weight: 0.5,
+        },
+    );
+    let A = directors.structural_tensor(&(turn * stretch));
+    let expected = turn * Mat::from_diagonal([0.0, 1.5, 1.0]) * turn.transpose();
+    assert!((A - expected).norm_squared().sqrt() < 1e-14);
+    for F in [Mat::zeros(), Mat::from_diagonal([0.0, 1.0, -1.0])] {
+        let A: Mat<f64, 3> = directors.structural_tensor(&F);
+        // The eigenvalues are those of the reference, however F looks.
+        assert!((A.trace() - 2.5).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn tensile_part_and_starting_value_of_the_critical_stress() {
+    let sigma: Mat<f64, 2> = Mat([[1.0, 2.0], [2.0, 1.0]]);
+    // Eigenvalues 3 and −1.
+    let plus = tensile_part(&sigma);
+    assert!((plus - Mat([[1.5, 1.5], [1.5, 1.5]])).norm_squared().sqrt() < 1e-15);
+    let law = NeoHookean {
+        mu: 2.0,
+        lambda: 3.0,
+    };
+    // σ = μ (s² − 1)/s + λ ln s/s for F = diag(s, 1).
+    let s: f64 = 1.3;
+    let expected = (2.0 * (s * s - 1.0) + 3.0 * s.ln()) / s;
+    assert!((stress_at_stretch(&law, [0.0, 1.0], s) - expected).abs() < 1e-14);
+}

@@ -1,0 +1,201 @@
+//! The law against exact derivatives, closed forms of a bar, energies, and the implicit step.
+#![allow(non_snake_case)]
+use aniso_mpm::{
+    Body, Contact, Fibre, FibreReinforced, ImplicitStep, Integrator, Law, MlsMpm, Obstacle,
+    Particle, Particles, Quadratic, Settings, Shape, Simulation,
+};
+use fem_kinematics::{Dual, Mat};
+
+const LAW: FibreReinforced = FibreReinforced {
+    mu: 3.0,
+    lambda: 7.0,
+    kx: 11.0,
+    ky: 5.0,
+    residual: 0.01,
+};
+
+/// A value and its derivative along `dF`.
+fn dual<const D: usize>(F: &Mat<f64, D>, dF: &Mat<f64, D>) -> Mat<Dual<f64>, D> {
+    Mat::from_fn(|i, j| Dual::new(F.0[i][j], dF.0[i][j]))
+}
+
+fn derivatives_agree<const D: usize>(F: Mat<f64, D>, dF: Mat<f64, D>) {
+    for d in [0.0, 0.3, 1.0] {
+        let (P, dP) = (LAW.stress(&F, d), LAW.stress_differential(&F, &dF, d));
+        let with_derivative = dual(&F, &dF);
+        let psi = LAW.energy(&with_derivative, Dual::new(d, 0.0));
+        assert!((psi.derivative - P.dot(&dF)).abs() < 1e-12, "{d}");
+        let stress = LAW.stress(&with_derivative, Dual::new(d, 0.0));
+        for i in 0..D {
+            for j in 0..D {
+                assert!((stress.0[i][j].derivative - dP.0[i][j]).abs() < 1e-11);
+            }
+        }
+    }
+}
+
+#[test]
+fn stress_and_its_differential_are_derivatives_of_the_energy() {
+    let dF = Mat([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [-0.6, 0.2, 0.1]]);
+    derivatives_agree(
+        Mat([[1.2, 0.3, 0.1], [-0.2, 0.9, 0.4], [0.0, 0.1, 1.3]]),
+        dF,
+    );
+    derivatives_agree(
+        Mat([[0.6, 0.3, 0.1], [-0.2, -0.5, 0.4], [0.0, 0.1, 0.8]]),
+        dF,
+    );
+    derivatives_agree(
+        Mat([[1.1, 0.2], [-0.3, 0.7]]),
+        Mat([[0.4, -0.1], [0.2, 0.3]]),
+    );
+}
+
+/// A bar with fibres along its axis, pulled slowly: its tension against P₁₁ of uniaxial stress.
+#[test]
+fn fibre_reinforced_bar_under_tension() {
+    let h = 0.05;
+    let law = FibreReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0);
+    let mut particles = Particles::<f64, 2>::new();
+    let (length, spacing) = (1.0, 0.025);
+    for i in 0..40 {
+        for j in 0..8 {
+            particles
+                .push(&Particle {
+                    x: [spacing * (i as f64 + 0.5), spacing * (j as f64 + 0.5)],
+                    v: [0.0; 2],
+                    F: Mat::identity(),
+                    mass: 1000.0 * spacing * spacing,
+                    volume: spacing * spacing,
+                    damage: 0.0,
+                    body: 0,
+                })
+                .unwrap();
+        }
+    }
+    let speed = 0.1;
+    let grip = |min: f64, max: f64, velocity: f64| Obstacle {
+        shape: Shape::Box {
+            min: [min, -1.0],
+            max: [max, 1.0],
+        },
+        contact: Contact::Sticky,
+        velocity: [velocity, 0.0],
+    };
+    let mut settings = Settings::new(h);
+    settings.gravity = [0.0; 2];
+    let mut s = Simulation::<f64, MlsMpm<Quadratic>, _, 2>::new(
+        settings,
+        vec![Body::elastic(law)],
+        vec![grip(-0.5, 0.12, -speed), grip(length - 0.12, 1.5, speed)],
+        particles,
+    )
+    .unwrap();
+    s.advance(0.35).unwrap();
+    // The middle of the bar: uniform uniaxial stress.
+    let p = s.particles();
+    let middle: Vec<usize> = (0..p.len())
+        .filter(|&i| (p.x[i][0] - 0.5).abs() < 0.15 && (p.x[i][1] - 0.1).abs() < 0.06)
+        .collect();
+    let mean =
+        |f: &dyn Fn(usize) -> f64| middle.iter().map(|&i| f(i)).sum::<f64>() / middle.len() as f64;
+    let stretch = mean(&|i| p.F[i].0[0][0]);
+    let tension = mean(&|i| law.stress(&p.F[i], 0.0).0[0][0]);
+    // Closed form: the lateral stretch b with P₂₂ = μ b − μ a + λ (a b − 1) a = 0.
+    let a = stretch;
+    let b = (law.mu * a + law.lambda * a) / (law.mu + law.lambda * a * a);
+    let expected = law.mu * a + (law.lambda * (a * b - 1.0) - law.mu) * b + law.kx * (a - 1.0);
+    println!("stretch {a:.4}: tension {tension:.1} Pa, closed form {expected:.1} Pa");
+    assert!(stretch > 1.05);
+    assert!((tension / expected - 1.0).abs() < 0.05);
+}
+
+fn oscillating(
+    integrator: Integrator,
+    cells: f64,
+) -> Simulation<f64, MlsMpm<Quadratic>, FibreReinforced, 2> {
+    let h = 1.0 / cells;
+    let n = (2.0 * 0.5 * cells) as usize;
+    let mut particles = Particles::new();
+    for i in 0..n * n {
+        let x = [
+            0.5 * h * ((i % n) as f64 + 0.5),
+            0.5 * h * ((i / n) as f64 + 0.5),
+        ];
+        particles
+            .push(&Particle {
+                x,
+                v: [0.4 * (x[0] - 0.25), -0.3 * (x[1] - 0.25)],
+                F: Mat::identity(),
+                mass: 1000.0 * 0.25 * h * h,
+                volume: 0.25 * h * h,
+                damage: 0.0,
+                body: 0,
+            })
+            .unwrap();
+    }
+    let mut settings = Settings::new(h);
+    settings.gravity = [0.0; 2];
+    settings.integrator = integrator;
+    let law = FibreReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0);
+    let body = Body {
+        fibre: Fibre::Extensible,
+        ..Body::elastic(law)
+    };
+    Simulation::new(settings, vec![body], vec![], particles).unwrap()
+}
+
+#[test]
+fn energy_falls_and_falls_less_on_a_finer_grid() {
+    let mut kept = Vec::new();
+    for cells in [8.0, 16.0, 32.0] {
+        let mut s = oscillating(Integrator::Symplectic, cells);
+        let total = |s: &Simulation<_, _, _, 2>| {
+            let e = s.energies();
+            e.kinetic + e.elastic
+        };
+        let before = total(&s);
+        s.advance(0.3).unwrap();
+        kept.push(total(&s) / before);
+    }
+    println!("energy kept after 0.3 s on 8, 16, 32 cells per metre: {kept:?}");
+    assert!(kept.iter().all(|k| *k < 1.001), "{kept:?}");
+    assert!(kept[2] > kept[0], "{kept:?}");
+}
+
+/// With short steps the implicit step is the explicit one to first order in the step.
+#[test]
+fn implicit_and_symplectic_steps_agree_to_first_order() {
+    let options = ImplicitStep {
+        tolerance: 1e-12,
+        max_iterations: 30,
+    };
+    let difference = |dt: f64| {
+        let mut a = oscillating(Integrator::Symplectic, 8.0);
+        let mut b = oscillating(Integrator::Implicit(options), 8.0);
+        for _ in 0..(0.008 / dt).round() as usize {
+            a.step(dt).unwrap();
+            b.step(dt).unwrap();
+        }
+        let (p, q) = (a.particles(), b.particles());
+        p.v.iter()
+            .zip(&q.v)
+            .map(|(p, q)| (p[0] - q[0]).abs().max((p[1] - q[1]).abs()))
+            .fold(0.0, f64::max)
+    };
+    let (long, short) = (difference(4e-3), difference(1e-3));
+    println!("difference {long:.2e} with 4 ms, {short:.2e} with 1 ms");
+    assert!(long / short > 2.5 && long / short < 6.5);
+}
+
+#[test]
+fn a_long_implicit_step_is_stable() {
+    let mut s = oscillating(Integrator::Implicit(ImplicitStep::default()), 8.0);
+    let before = s.energies();
+    // Ten times what the fastest wave allows.
+    for _ in 0..10 {
+        s.step(0.05).unwrap();
+    }
+    let after = s.energies();
+    assert!(after.kinetic + after.elastic <= before.kinetic + before.elastic);
+}
