@@ -162,7 +162,9 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         activations: &[f64],
         F: &Mat<V, 3>,
     ) -> Tensor4<V, 3> {
-        self.lanes[block].active(activations).stress_derivative(&self.law, F)
+        self.lanes[block]
+            .active(activations)
+            .stress_derivative(&self.law, F)
     }
     #[inline(never)]
     fn filtered_derivative(

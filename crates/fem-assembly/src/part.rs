@@ -275,10 +275,11 @@ fn filtered_hessian<const D: usize, L: Law<D>>(
     for (k, block) in part.blocks.iter().enumerate() {
         let F = block.deformation_gradient::<F64x8>(state.positions);
         for lane in 0..block.used {
-            let of_lane =
-                |m: &Mat<F64x8, D>| Mat::<f64, D>::from_fn(|i, j| m.0[i][j].0[lane]);
+            let of_lane = |m: &Mat<F64x8, D>| Mat::<f64, D>::from_fn(|i, j| m.0[i][j].0[lane]);
             let place = (k, lane);
-            let T = part.law.filtered_derivative(place, state.activations, &of_lane(&F), filter);
+            let T = part
+                .law
+                .filtered_derivative(place, state.activations, &of_lane(&F), filter);
             let gradients = of_lane(&block.inverse_shape);
             let stiffness = element_stiffness(&T, &gradients, block.volume.0[lane]);
             for (pair, lanes) in stiffness.iter().zip(&mut pairs) {
@@ -389,7 +390,11 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
     }
     fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]) {
         match filter {
-            DefinitenessFilter::None => dispatch_packed(HessianPass { part: self, state, values }),
+            DefinitenessFilter::None => dispatch_packed(HessianPass {
+                part: self,
+                state,
+                values,
+            }),
             _ => filtered_hessian(self, state, filter, values),
         }
     }

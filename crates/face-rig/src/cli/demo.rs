@@ -18,13 +18,27 @@ use serde_json::json;
 const EXPRESSIONS: [(&str, &[&str], f64); 3] = [
     (
         "smile",
-        &["zygomaticus_major=0.6", "zygomaticus_minor=0.4", "risorius=0.3", "levator_anguli_oris=0.3"],
+        &[
+            "zygomaticus_major=0.6",
+            "zygomaticus_minor=0.4",
+            "risorius=0.3",
+            "levator_anguli_oris=0.3",
+        ],
         2.0,
     ),
-    ("surprise", &["frontalis_medial=0.6", "frontalis_lateral=0.6"], 12.0),
+    (
+        "surprise",
+        &["frontalis_medial=0.6", "frontalis_lateral=0.6"],
+        12.0,
+    ),
     (
         "anger",
-        &["corrugator_supercilii=0.6", "procerus=0.5", "depressor_anguli_oris=0.5", "mentalis=0.3"],
+        &[
+            "corrugator_supercilii=0.6",
+            "procerus=0.5",
+            "depressor_anguli_oris=0.5",
+            "mentalis=0.3",
+        ],
         0.0,
     ),
 ];
@@ -44,7 +58,10 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         cranium: CraniumModel::Fixed,
         jaw: scene.hinged_jaw(),
     };
-    let params = FitParams { activation_weight: 1e-9, ..FitParams::default() };
+    let params = FitParams {
+        activation_weight: 1e-9,
+        ..FitParams::default()
+    };
     let rest = rig.solved().clone();
     let landmarks = scene.carried_landmarks(0..scene.landmarks.len());
     let mut done: Vec<(ExpressionFit, Vec<[f64; 3]>, Vec<f64>)> = Vec::new();
@@ -60,17 +77,32 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         let target = Target {
             name: name.into(),
             kind: TargetKind::Expression,
-            landmarks: landmarks.0.iter().map(|p| p.position(&posed)).enumerate().collect(),
+            landmarks: landmarks
+                .0
+                .iter()
+                .map(|p| p.position(&posed))
+                .enumerate()
+                .collect(),
             dense: None,
             jaw_truth: None,
         };
         rig.start_from(rest.clone())?;
         let fit = out.phase(&format!("fit {name}"), || {
             let mut observer = |i: &FitIteration| {
-                progress.set_message(format!("fitting {name}: step {}, {:.3} mm", i.iteration, i.rms_mm));
+                progress.set_message(format!(
+                    "fitting {name}: step {}, {:.3} mm",
+                    i.iteration, i.rms_mm
+                ));
             };
             fit_expression(
-                scene, &mut rig, &target, Seen::Landmarks, &map, &params, &map.rest(), &mut observer,
+                scene,
+                &mut rig,
+                &target,
+                Seen::Landmarks,
+                &map,
+                &params,
+                &map.rest(),
+                &mut observer,
             )
         })?;
         out.write_shape(name, scene, &rig, &map.parameters(&fit.q), &fit.positions)?;
@@ -95,7 +127,10 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         .iter()
         .zip(&shapes)
         .map(|((fit, _, _), (fitted, target, seen, wanted))| Fitted {
-            heading: format!("{}: found from 68 landmarks in {} steps", fit.name, fit.iterations),
+            heading: format!(
+                "{}: found from 68 landmarks in {} steps",
+                fit.name, fit.iterations
+            ),
             fitted,
             target: Some(target),
             seen,
@@ -104,23 +139,42 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         .collect();
     let picture = out.path("demo.png");
     out.phase("pictures", || {
-        expressions(&picture, "three expressions, made and found again", &at_rest, &rows)
+        expressions(
+            &picture,
+            "three expressions, made and found again",
+            &at_rest,
+            &rows,
+        )
     })?;
-    let histories: Vec<(&str, &[FitIteration])> =
-        done.iter().map(|d| (d.0.name.as_str(), d.0.history.as_slice())).collect();
+    let histories: Vec<(&str, &[FitIteration])> = done
+        .iter()
+        .map(|d| (d.0.name.as_str(), d.0.history.as_slice()))
+        .collect();
     convergence(&out.path("convergence.svg"), &histories)?;
     progress.finish_and_clear();
     let fits: Vec<ExpressionFit> = done.iter().map(|d| d.0.clone()).collect();
     let truths: Vec<&[f64]> = done.iter().map(|d| d.2.as_slice()).collect();
     let names: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": names, "fits": fits, "truths": truths });
-    let report = out.report("demo", json!({ "tets": scene.mesh.num_elements() }), results)?;
+    let report = out.report(
+        "demo",
+        json!({ "tets": scene.mesh.num_elements() }),
+        results,
+    )?;
     if output.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
         return Ok(());
     }
-    println!("{}: {} nodes, {} muscles", scene.name, scene.mesh.num_nodes(), muscles);
+    println!(
+        "{}: {} nodes, {} muscles",
+        scene.name,
+        scene.mesh.num_nodes(),
+        muscles
+    );
     print!("{}", table(&fits));
-    println!("look at {}; the report is report.json", out.folder().join("demo.png").display());
+    println!(
+        "look at {}; the report is report.json",
+        out.folder().join("demo.png").display()
+    );
     Ok(())
 }

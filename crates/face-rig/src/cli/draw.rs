@@ -4,11 +4,11 @@ use super::error::Failure;
 use super::output::carry;
 use super::source::Source;
 use face_rig::builtin::Portrait;
+use face_rig::fit::FitIteration;
 use face_rig::pictures::{
     Axis, Camera, ColorMap, Layer, LinePlot, Paint, Panel, ScalarBar, Series, Sheet,
 };
 use face_rig::rig::Frame;
-use face_rig::fit::FitIteration;
 use std::path::Path;
 
 const PANEL: [usize; 2] = [480, 560];
@@ -38,7 +38,11 @@ impl Shape {
 
     /// A dense target: the skin's vertices at other places.
     pub fn of_skin(source: &Source, points: Vec<[f64; 3]>) -> Self {
-        Self { portrait: None, points, triangles: source.scene.surface().triangles }
+        Self {
+            portrait: None,
+            points,
+            triangles: source.scene.surface().triangles,
+        }
     }
 
     fn plain(&self, title: &str, camera: Camera) -> Panel<'_> {
@@ -52,12 +56,30 @@ impl Shape {
         }
     }
 
-    fn painted<'a>(&'a self, title: &str, camera: Camera, values: &'a [f64], label: &str) -> Panel<'a> {
-        let largest = values.iter().copied().filter(|v| v.is_finite()).fold(1e-3, f64::max);
+    fn painted<'a>(
+        &'a self,
+        title: &str,
+        camera: Camera,
+        values: &'a [f64],
+        label: &str,
+    ) -> Panel<'a> {
+        let largest = values
+            .iter()
+            .copied()
+            .filter(|v| v.is_finite())
+            .fold(1e-3, f64::max);
         let (range, map) = ([0.0, largest], ColorMap::Violet);
         Panel::new(title, camera)
-            .layer(Layer::new(&self.points, &self.triangles, Paint::Scalar { values, range, map }))
-            .bar(ScalarBar { label: label.into(), range, map })
+            .layer(Layer::new(
+                &self.points,
+                &self.triangles,
+                Paint::Scalar { values, range, map },
+            ))
+            .bar(ScalarBar {
+                label: label.into(),
+                range,
+                map,
+            })
     }
 }
 
@@ -75,7 +97,10 @@ pub fn pose(path: &Path, title: &str, rest: &Shape, posed: &Shape) -> Result<(),
     let side = camera.turned(35.0, 5.0);
     let moved = apart(&posed.points, &rest.points);
     let sheet = Sheet::new(title)
-        .row(vec![rest.plain("rest", camera), posed.plain("pose", camera)])
+        .row(vec![
+            rest.plain("rest", camera),
+            posed.plain("pose", camera),
+        ])
         .row(vec![
             posed.plain("pose, three quarters", side),
             posed.painted("moved by", camera, &moved, "distance from rest (mm)"),
@@ -109,7 +134,14 @@ pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> R
         let target = fit
             .target
             .unwrap_or(rest)
-            .plain(if fit.target.is_some() { "target" } else { "rest, wanted landmarks" }, camera)
+            .plain(
+                if fit.target.is_some() {
+                    "target"
+                } else {
+                    "rest, wanted landmarks"
+                },
+                camera,
+            )
             .dots(fit.wanted, WANTED, 2.5);
         sheet = sheet.titled_row(
             fit.heading.clone(),
@@ -127,8 +159,12 @@ pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> R
 /// Residual over the iterations of each fit.
 pub fn convergence(path: &Path, fits: &[(&str, &[FitIteration])]) -> Result<(), Failure> {
     let plot = fits.iter().fold(
-        LinePlot::new("Convergence", "Gauss-Newton step", "RMS distance of the points (mm)")
-            .y_axis(Axis::Log),
+        LinePlot::new(
+            "Convergence",
+            "Gauss-Newton step",
+            "RMS distance of the points (mm)",
+        )
+        .y_axis(Axis::Log),
         |plot, (name, history)| {
             let values: Vec<f64> = history.iter().map(|i| i.rms_mm.max(1e-6)).collect();
             plot.series(Series::counted(*name, &values))

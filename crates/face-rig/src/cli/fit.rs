@@ -26,7 +26,9 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     let map = parametrization(scene, args);
     let params = params(args);
-    let fits = out.phase("fit", || fit_all(scene, &mut rig, &targets, args, &map, &params))?;
+    let fits = out.phase("fit", || {
+        fit_all(scene, &mut rig, &targets, args, &map, &params)
+    })?;
     for fit in &fits {
         let parameters = map.parameters(&fit.q);
         out.write_shape(&fit.name, scene, &rig, &parameters, &fit.positions)?;
@@ -45,8 +47,11 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         print!("{}", table(&fits));
         println!("results in {}", out.folder().display());
     }
-    let failed: Vec<&str> =
-        fits.iter().filter(|f| !f.converged()).map(|f| f.name.as_str()).collect();
+    let failed: Vec<&str> = fits
+        .iter()
+        .filter(|f| !f.converged())
+        .map(|f| f.name.as_str())
+        .collect();
     match failed.as_slice() {
         [] => Ok(()),
         names => Err(Failure::NotConverged(format!(
@@ -60,8 +65,15 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
 
 fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {
     let targets: Vec<&Target> = match names {
-        [] => scene.targets.iter().filter(|t| t.kind == TargetKind::Expression).collect(),
-        names => names.iter().map(|n| scene.target(n)).collect::<Result<_, _>>()?,
+        [] => scene
+            .targets
+            .iter()
+            .filter(|t| t.kind == TargetKind::Expression)
+            .collect(),
+        names => names
+            .iter()
+            .map(|n| scene.target(n))
+            .collect::<Result<_, _>>()?,
     };
     match targets.as_slice() {
         [] => Err(Failure::Input(format!(
@@ -85,7 +97,9 @@ fn parametrization(scene: &Scene, args: &FitArgs) -> Parametrization {
         jaw: match args.jaw {
             Jaw::Fixed => JawModel::Fixed,
             Jaw::Hinge => scene.hinged_jaw(),
-            Jaw::Rigid => JawModel::Rigid { point: scene.hinge.point() },
+            Jaw::Rigid => JawModel::Rigid {
+                point: scene.hinge.point(),
+            },
             Jaw::Affine => JawModel::Affine,
         },
     }
@@ -98,7 +112,9 @@ fn params(args: &FitArgs) -> FitParams {
             Method::NormalEquations => StepMethod::NormalEquations,
         },
         activation_weight: 1e-6 * args.relax,
-        loss: args.robust.map_or(Loss::Square, |mm| Loss::Huber { scale: 1e-3 * mm }),
+        loss: args
+            .robust
+            .map_or(Loss::Square, |mm| Loss::Huber { scale: 1e-3 * mm }),
         rms_change: 1e-3 * args.stop,
         max_iterations: args.max_iterations,
         ..FitParams::default()
@@ -155,9 +171,16 @@ fn draw(
     let rest = Shape::new(source, scene.mesh.nodes(), &Frame::IDENTITY);
     for (fit, target) in fits.iter().zip(targets) {
         let fitted = Shape::new(source, &fit.positions, &map.parameters(&fit.q).jaw);
-        let dense = target.dense.clone().map(|points| Shape::of_skin(source, points));
+        let dense = target
+            .dense
+            .clone()
+            .map(|points| Shape::of_skin(source, points));
         let points = scene.carried_landmarks(target.landmarks.iter().map(|l| l.0));
-        let seen: Vec<[f64; 3]> = points.0.iter().map(|p| p.position(&fit.positions)).collect();
+        let seen: Vec<[f64; 3]> = points
+            .0
+            .iter()
+            .map(|p| p.position(&fit.positions))
+            .collect();
         let wanted: Vec<[f64; 3]> = target.landmarks.iter().map(|l| l.1).collect();
         let row = Fitted {
             heading: line(fit),
@@ -171,13 +194,17 @@ fn draw(
         progress.inc(1);
     }
     progress.finish_and_clear();
-    let histories: Vec<(&str, &[FitIteration])> =
-        fits.iter().map(|f| (f.name.as_str(), f.history.as_slice())).collect();
+    let histories: Vec<(&str, &[FitIteration])> = fits
+        .iter()
+        .map(|f| (f.name.as_str(), f.history.as_slice()))
+        .collect();
     convergence(&out.path("convergence.svg"), &histories)
 }
 
 fn line(fit: &ExpressionFit) -> String {
-    let jaw = fit.jaw_degrees.map_or(String::new(), |d| format!(", jaw {d:.1} deg"));
+    let jaw = fit
+        .jaw_degrees
+        .map_or(String::new(), |d| format!(", jaw {d:.1} deg"));
     format!(
         "{}: landmarks {:.2} -> {:.2} mm RMS in {} steps{jaw}",
         fit.name, fit.rms_before_mm, fit.rms_after_mm, fit.iterations

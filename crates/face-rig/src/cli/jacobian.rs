@@ -31,7 +31,12 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let path = out.path("jacobian.csv");
     let mut text = format!("landmark,axis,{}\n", names.join(","));
     for row in 0..points.dim() {
-        let _ = write!(text, "{},{}", scene.landmarks[row / 3].index, ["x", "y", "z"][row % 3]);
+        let _ = write!(
+            text,
+            "{},{}",
+            scene.landmarks[row / 3].index,
+            ["x", "y", "z"][row % 3]
+        );
         for column in 0..names.len() {
             let _ = write!(text, ",{:e}", columns[column * points.dim() + row]);
         }
@@ -60,5 +65,9 @@ fn names<'a>(muscles: impl Iterator<Item = &'a str>) -> Vec<String> {
         let matrix = (0..9).map(move |k| format!("{bone}_m{}{}", k / 3 + 1, k % 3 + 1));
         matrix.chain((0..3).map(move |k| format!("{bone}_t{}", ["x", "y", "z"][k])))
     };
-    muscles.map(str::to_owned).chain(frame("cranium")).chain(frame("jaw")).collect()
+    muscles
+        .map(str::to_owned)
+        .chain(frame("cranium"))
+        .chain(frame("jaw"))
+        .collect()
 }

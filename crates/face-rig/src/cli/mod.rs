@@ -38,7 +38,10 @@ pub fn run() -> ExitCode {
 
 impl Args {
     fn in_pool<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match rayon::ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build() {
+        match rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.unwrap_or(0))
+            .build()
+        {
             Ok(pool) => pool.install(work),
             Err(_) => work(),
         }

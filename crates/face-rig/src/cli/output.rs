@@ -32,14 +32,20 @@ impl Output {
             return Err(Failure::OutputExists(folder));
         }
         std::fs::create_dir_all(&folder).map_err(cannot)?;
-        Ok(Self { folder, begin: Instant::now(), phases: Vec::new(), files: Vec::new() })
+        Ok(Self {
+            folder,
+            begin: Instant::now(),
+            phases: Vec::new(),
+            files: Vec::new(),
+        })
     }
 
     /// Runs one phase of the work and remembers how long it took.
     pub fn phase<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
         let begin = Instant::now();
         let result = work();
-        self.phases.push((name.into(), begin.elapsed().as_secs_f64()));
+        self.phases
+            .push((name.into(), begin.elapsed().as_secs_f64()));
         result
     }
 
@@ -54,10 +60,18 @@ impl Output {
     }
 
     /// Writes `report.json` with what every report has: program, settings, times, files.
-    pub fn report(&mut self, command: &str, settings: Value, results: Value) -> Result<Value, Failure> {
+    pub fn report(
+        &mut self,
+        command: &str,
+        settings: Value,
+        results: Value,
+    ) -> Result<Value, Failure> {
         let path = self.path("report.json");
-        let phases: serde_json::Map<String, Value> =
-            self.phases.iter().map(|(name, s)| (name.clone(), json!(s))).collect();
+        let phases: serde_json::Map<String, Value> = self
+            .phases
+            .iter()
+            .map(|(name, s)| (name.clone(), json!(s)))
+            .collect();
         let report = json!({
             "program": env!("CARGO_PKG_NAME"),
             "version": env!("CARGO_PKG_VERSION"),
@@ -84,8 +98,11 @@ impl Output {
         positions: &[[f64; 3]],
     ) -> Result<(), Failure> {
         let rest = scene.mesh.nodes();
-        let displacement: Vec<[f64; 3]> =
-            positions.iter().zip(rest).map(|(x, r)| std::array::from_fn(|i| x[i] - r[i])).collect();
+        let displacement: Vec<[f64; 3]> = positions
+            .iter()
+            .zip(rest)
+            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
+            .collect();
         let (stretch, activation) = fibres(scene, rig, parameters, positions);
         let mut volume = MeshFile::from_tets(&scene.mesh);
         volume.points = positions.to_vec();
@@ -93,7 +110,10 @@ impl Output {
         volume
             .with_point_data(DataArray::vectors("displacement", &displacement))
             .with_point_data(DataArray::integers("bone", bones))
-            .with_cell_data(DataArray::scalars("det_F", &rig.assembly().volume_ratios(positions)))
+            .with_cell_data(DataArray::scalars(
+                "det_F",
+                &rig.assembly().volume_ratios(positions),
+            ))
             .with_cell_data(DataArray::scalars("fibre_stretch", &stretch))
             .with_cell_data(DataArray::scalars("activation", &activation))
             .write(self.path(&format!("{name}.vtu")))?;
@@ -102,14 +122,20 @@ impl Output {
         let (at_rest, posed) = (carry(scene, &skin, rest), carry(scene, &skin, positions));
         let text = obj(name, &posed, &skin.triangles)?;
         write_atomically(&self.path(&format!("{name}.obj")), text.as_bytes())?;
-        let displacements: Vec<[f64; 3]> =
-            posed.iter().zip(&at_rest).map(|(x, r)| std::array::from_fn(|i| x[i] - r[i])).collect();
+        let displacements: Vec<[f64; 3]> = posed
+            .iter()
+            .zip(&at_rest)
+            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
+            .collect();
         let binary = glb(&GlbMesh {
             name,
             points: &at_rest,
             triangles: &skin.triangles,
             base_color: [0.62, 0.40, 0.32],
-            targets: &[MorphTarget { name, displacements: &displacements }],
+            targets: &[MorphTarget {
+                name,
+                displacements: &displacements,
+            }],
         })?;
         write_atomically(&self.path(&format!("{name}.glb")), &binary)?;
         Ok(())
@@ -118,7 +144,10 @@ impl Output {
 
 /// The skin's vertices when the flesh is at `positions`.
 pub fn carry(scene: &Scene, skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    skin.points.iter().map(|p| p.position(&scene.mesh, positions)).collect()
+    skin.points
+        .iter()
+        .map(|p| p.position(&scene.mesh, positions))
+        .collect()
 }
 
 /// Per tet: stretch of its dominant fibre (1 without) and its activation, weighted.
@@ -135,10 +164,17 @@ fn fibres(
             let of_tet = scene.fibre_field.of_tet(tet);
             let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
             let stretch = dominant.map_or(1.0, |f| {
-                gradient.mul_vec(f.direction).iter().map(|c| c * c).sum::<f64>().sqrt()
+                gradient
+                    .mul_vec(f.direction)
+                    .iter()
+                    .map(|c| c * c)
+                    .sum::<f64>()
+                    .sqrt()
             });
-            let activation: f64 =
-                of_tet.iter().map(|f| f.weight * parameters.activations[f.muscle as usize]).sum();
+            let activation: f64 = of_tet
+                .iter()
+                .map(|f| f.weight * parameters.activations[f.muscle as usize])
+                .sum();
             (stretch, activation)
         })
         .unzip()

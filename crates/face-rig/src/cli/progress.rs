@@ -13,7 +13,9 @@ pub fn spinner(message: impl Into<String>) -> ProgressBar {
 /// A bar over `count` things of a kind.
 pub fn bar(count: usize, kind: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(count as u64).with_prefix(kind);
-    if let Ok(style) = ProgressStyle::with_template("{prefix} {pos}/{len} {bar:30} {msg} ({elapsed})") {
+    if let Ok(style) =
+        ProgressStyle::with_template("{prefix} {pos}/{len} {bar:30} {msg} ({elapsed})")
+    {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(200));

@@ -29,12 +29,15 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let picture = out.path("pose.png");
     let rest = Shape::new(&source, scene.mesh.nodes(), &Frame::IDENTITY);
     let posed = Shape::new(&source, &positions, &parameters.jaw);
-    out.phase("pictures", || draw_pose(&picture, &scene.name, &rest, &posed))?;
+    out.phase("pictures", || {
+        draw_pose(&picture, &scene.name, &rest, &posed)
+    })?;
     bar.finish_and_clear();
 
-    let moved = positions.iter().zip(scene.mesh.nodes()).map(|(x, r)| {
-        (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt()
-    });
+    let moved = positions
+        .iter()
+        .zip(scene.mesh.nodes())
+        .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
     let largest_mm = 1e3 * moved.fold(0.0, f64::max);
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
         "jaw_shift_mm": args.pose.jaw_shift });
@@ -55,7 +58,9 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
             work.equilibrium_time.as_secs_f64(),
             match inverted {
                 0 => String::new(),
-                n => format!("\nwarning: {n} tets are turned inside out; the pose is beyond what the mesh bears"),
+                n => format!(
+                    "\nwarning: {n} tets are turned inside out; the pose is beyond what the mesh bears"
+                ),
             },
         );
         println!("results in {}", out.folder().display());

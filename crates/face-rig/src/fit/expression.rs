@@ -63,7 +63,11 @@ pub enum Outcome {
 impl ExpressionFit {
     /// RMS after, as a share of that before.
     pub fn remaining(&self) -> f64 {
-        if self.rms_before_mm > 0.0 { self.rms_after_mm / self.rms_before_mm } else { 0.0 }
+        if self.rms_before_mm > 0.0 {
+            self.rms_after_mm / self.rms_before_mm
+        } else {
+            0.0
+        }
     }
     /// Was a stop rule met?
     pub fn converged(&self) -> bool {
@@ -95,7 +99,11 @@ pub fn fit_expression(
         parametrization: map,
         params,
     };
-    let rest: Vec<[f64; 3]> = points.0.iter().map(|p| p.position(scene.mesh.nodes())).collect();
+    let rest: Vec<[f64; 3]> = points
+        .0
+        .iter()
+        .map(|p| p.position(scene.mesh.nodes()))
+        .collect();
     let (report, outcome) = match fitter.fit(rig, start, observer) {
         Ok(report) => {
             let why = format!("{:?}", report.stop).to_lowercase();
@@ -106,7 +114,13 @@ pub fn fit_expression(
         }
         Err(error) => return Err(error),
     };
-    let FitReport { q, parameters, iterations, positions, .. } = report;
+    let FitReport {
+        q,
+        parameters,
+        iterations,
+        positions,
+        ..
+    } = report;
     let last = iterations.last();
     Ok(ExpressionFit {
         name: target.name.clone(),
@@ -128,7 +142,11 @@ pub fn fit_expression(
 fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[f64; 3]>) {
     let (mut points, mut places) = (Vec::new(), Vec::new());
     if seen != Seen::Dense {
-        points.extend(scene.carried_landmarks(target.landmarks.iter().map(|l| l.0)).0);
+        points.extend(
+            scene
+                .carried_landmarks(target.landmarks.iter().map(|l| l.0))
+                .0,
+        );
         places.extend(target.landmarks.iter().map(|l| l.1));
     }
     if seen != Seen::Landmarks {
@@ -142,6 +160,7 @@ fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[
 
 /// Root-mean-square distance of paired points.
 pub(crate) fn rms(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+    let square =
+        |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
     (a.iter().zip(b).map(square).sum::<f64>() / a.len().max(1) as f64).sqrt()
 }

@@ -69,8 +69,8 @@ pub use format::{
     MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, TurnedOver,
 };
 pub use material::{FibreCurve, FibreStretch, Fibres, MaterialSpec, PassiveMaterial, Region};
-pub use rig::RigSceneError;
 pub use pose::{SettingError, parse_activations, parse_angle};
+pub use rig::RigSceneError;
 
 use crate::anatomy::{AffineMotion, Bones, EmbeddedPoint, FibreField, JawHinge, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
