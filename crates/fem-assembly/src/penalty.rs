@@ -39,7 +39,7 @@ impl<const D: usize> Obstacle<D> {
                 let offset: [f64; D] = core::array::from_fn(|k| x[k] - center[k]);
                 let distance = offset.iter().map(|c| c * c).sum::<f64>().sqrt();
                 let depth = radius - distance;
-                if !(depth > 0.0) {
+                if depth.is_nan() || depth <= 0.0 {
                     return None;
                 }
                 // At the very centre every direction leads out; the first axis is taken.
