@@ -5,6 +5,7 @@ mod compare;
 mod fit;
 mod input;
 mod muscle;
+mod particles;
 mod recovery;
 mod rig;
 
@@ -13,6 +14,7 @@ pub use compare::{Record, apart};
 pub use fit::b3;
 pub use input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
 pub use muscle::{Extent, a3, a5};
+pub use particles::c;
 pub use recovery::a4;
 pub use rig::b1_b2;
 
@@ -30,6 +32,7 @@ pub fn check(folder: &Path, extent: Extent, ledger: &mut Ledger) {
         ("scene a5", a5(folder, ledger)),
         ("scenes b1 and b2", b1_b2(folder, ledger)),
         ("scene b3", b3(folder, ledger)),
+        ("scenes c1 to c4", c(folder, ledger)),
     ];
     for (scene, result) in results {
         if let Err(error) = result {
