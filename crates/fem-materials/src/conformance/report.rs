@@ -19,6 +19,12 @@ pub enum Property {
     StressByDifferences,
     /// ∂P/∂F against central differences of P.
     DerivativeByDifferences,
+    /// `filtered_derivative` is what the numeric eigenvalue filter makes of ∂P/∂F; for a material
+    /// that filters its terms one by one, see [`Claim::FilteredByTerms`](super::Claim).
+    FilterIsProjection,
+    /// `filtered_derivative` with clamping or absolute values has no negative eigenvalue, and is
+    /// no softer than ∂P/∂F in any direction.
+    FilteredIsDefinite,
     /// ψ(QF) = ψ(F) and P(QF) = Q P(F) for every rotation Q.
     Objectivity,
     /// ψ(QFQᵀ) = ψ(F) and P(QFQᵀ) = Q P(F) Qᵀ for every rotation Q.
@@ -48,6 +54,8 @@ impl Property {
             | Self::DifferentialIsStressDerivative
             | Self::DerivativeIsDifferential
             | Self::DerivativeIsSymmetric
+            | Self::FilterIsProjection
+            | Self::FilteredIsDefinite
             | Self::Objectivity
             | Self::Isotropy => 1e-12,
             // The best step of the ladder leaves about ε^(4/5) = 3e-13 times the condition.
@@ -62,6 +70,29 @@ impl Property {
         }
     }
 
+    /// One or two words, for the head of a column.
+    pub fn short(self) -> &'static str {
+        match self {
+            Self::StressIsEnergyGradient => "P",
+            Self::DifferentialIsStressDerivative => "dP",
+            Self::DerivativeIsDifferential => "dP/dF",
+            Self::DerivativeIsSymmetric => "symmetric",
+            Self::StressByDifferences => "P diff",
+            Self::DerivativeByDifferences => "dP diff",
+            Self::FilterIsProjection => "filter",
+            Self::FilteredIsDefinite => "definite",
+            Self::Objectivity => "objective",
+            Self::Isotropy => "isotropic",
+            Self::LanesAgree => "lanes",
+            Self::LanesAreIndependent => "neighbour",
+            Self::SingleAgrees => "f32",
+            Self::RestIsStressFree => "rest",
+            Self::InfiniteOutsideDomain => "domain",
+            Self::NeverNan => "no NaN",
+            Self::NanIsNotHidden => "NaN seen",
+        }
+    }
+
     /// A short description, as it stands in the printed report.
     pub fn label(self) -> &'static str {
         match self {
@@ -71,6 +102,8 @@ impl Property {
             Self::DerivativeIsSymmetric => "dP/dF symmetric",
             Self::StressByDifferences => "P by differences",
             Self::DerivativeByDifferences => "dP/dF by differences",
+            Self::FilterIsProjection => "filter = numeric projection",
+            Self::FilteredIsDefinite => "filtered dP/dF definite",
             Self::Objectivity => "objectivity",
             Self::Isotropy => "isotropy",
             Self::LanesAgree => "lanes = scalar",

@@ -12,7 +12,7 @@ pub(crate) enum Kind {
     Moderate,
     /// Well separated principal stretches in [0.25, 4].
     Large,
-    /// A rotation times one stretch: all singular values equal.
+    /// The first two singular values are equal.
     Repeated,
     /// det F < 0.
     Inverted,
@@ -52,7 +52,13 @@ fn draw<const D: usize>(random: &mut Random, kind: Kind) -> Mat<f64, D> {
             let size = 10f64.powf(random.uniform(-4.0, -2.0));
             return U * (Mat::identity() + random.matrix().scale(size));
         }
-        Kind::Repeated => [random.uniform(0.7, 1.4); D],
+        Kind::Repeated => {
+            let mut sigma = [random.uniform(0.9, 1.4); D];
+            if D == 3 {
+                sigma[2] = random.uniform(0.6, 0.8);
+            }
+            sigma
+        }
         Kind::Moderate => separated(random, 0.6, 1.6),
         Kind::Large => separated(random, 0.25, 4.0),
         Kind::Inverted => {

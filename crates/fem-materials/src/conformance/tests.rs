@@ -10,7 +10,6 @@ const MATERIAL: NeoHookean = NeoHookean {
 };
 const CLAIMS: &[Claim] = &[
     Claim::Objective,
-    Claim::Isotropic,
     Claim::StressFreeRest,
     Claim::PositiveDeterminant,
 ];

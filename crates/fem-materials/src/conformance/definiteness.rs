@@ -1,0 +1,63 @@
+//! The definiteness filters against the numeric eigenvalue filter.
+
+use super::Claim;
+use super::report::{Property, Report};
+use super::sample::Sample;
+use super::size::{Norm, Sizes};
+use crate::{DefinitenessFilter, Material};
+use fem_kinematics::{Tensor4, jacobi_eigen};
+
+pub(super) fn check<const D: usize, M: Material<D>>(
+    material: &M,
+    sample: &Sample<D>,
+    claims: &[Claim],
+    report: &mut Report,
+) {
+    let F = &sample.F;
+    if !material.energy(F).is_finite() {
+        return;
+    }
+    let size = Sizes::at(material, F).derivative;
+    let tensor = material.stress_derivative(F);
+    for filter in [
+        DefinitenessFilter::None,
+        DefinitenessFilter::Clamp,
+        DefinitenessFilter::Absolute,
+    ] {
+        let filtered = material.filtered_derivative(F, filter);
+        let by_terms = claims.contains(&Claim::FilteredByTerms);
+        if filter == DefinitenessFilter::None || !by_terms {
+            let numeric = filter.apply(&tensor);
+            let apart = (filtered + numeric.scale(-1.0)).norm();
+            report.record(Property::FilterIsProjection, apart / size, F);
+        }
+        if filter != DefinitenessFilter::None {
+            let stiffer = filtered + tensor.scale(-1.0);
+            let size = size + filtered.norm();
+            for negative in [most_negative(&filtered), most_negative(&stiffer)] {
+                report.record(Property::FilteredIsDefinite, negative / size, F);
+            }
+        }
+    }
+}
+
+/// Minus the smallest eigenvalue, or 0 if that is positive.
+fn most_negative<const D: usize>(tensor: &Tensor4<f64, D>) -> f64 {
+    fn of<const N: usize>(rows: impl Fn(usize, usize) -> f64, size: f64) -> f64 {
+        let half = 0.5 / size;
+        let A: [[f64; N]; N] =
+            core::array::from_fn(|i| core::array::from_fn(|j| half * (rows(i, j) + rows(j, i))));
+        let (values, _) = jacobi_eigen(&A);
+        size * values.into_iter().fold(0.0, |worst: f64, v| worst.max(-v))
+    }
+    let size = tensor.norm();
+    if size == 0.0 {
+        return 0.0;
+    }
+    let entry = |a: usize, b: usize| tensor.get(a / D, a % D, b / D, b % D);
+    if D == 2 {
+        of::<4>(entry, size)
+    } else {
+        of::<9>(entry, size)
+    }
+}

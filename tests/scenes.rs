@@ -1,0 +1,57 @@
+//! The reference scenes at the tolerances that their notes suggest.
+#![allow(missing_docs)]
+
+use std::path::Path;
+use xtask::ledger::{Ledger, Style};
+use xtask::scenes::{self, Extent, SceneError};
+use xtask::shared::folder_or_skip;
+
+fn run(scene: impl Fn(&Path, &mut Ledger) -> Result<(), SceneError>) {
+    let Some(folder) = folder_or_skip(None, "reference/scenes") else {
+        return;
+    };
+    let mut ledger = Ledger::default();
+    scene(&folder, &mut ledger).expect("the scene can be run");
+    println!("{}", ledger.tables(Style::Plain));
+    ledger.assert();
+}
+
+#[test]
+fn a0_energy_forces_and_stiffness_of_given_states() {
+    run(scenes::a0);
+}
+
+#[test]
+fn a1_patch_test() {
+    run(scenes::a1);
+}
+
+#[test]
+fn a2_twisted_bar() {
+    run(scenes::a2);
+}
+
+#[test]
+fn a3_muscle() {
+    run(|folder, ledger| scenes::a3(folder, Extent::Some, ledger));
+}
+
+#[test]
+fn a4_recovery_from_inverted_and_collapsed_starts() {
+    run(|folder, ledger| scenes::a4(folder, Extent::All, ledger));
+}
+
+#[test]
+fn a5_penalty_collisions() {
+    run(scenes::a5);
+}
+
+#[test]
+fn b1_b2_poses_and_their_derivatives() {
+    run(scenes::b1_b2);
+}
+
+#[test]
+fn b3_paths_of_gauss_newton() {
+    run(scenes::b3);
+}

@@ -1,0 +1,11 @@
+//! Conformance, benchmarks and stress tests of the workspace: the code behind `cargo xtask`, and
+//! what the tests that cross crates share with it.
+#![allow(non_snake_case)]
+
+pub mod bench;
+pub mod ledger;
+pub mod numbers;
+pub mod scenes;
+pub mod shared;
+pub mod stress;
+pub mod verify;

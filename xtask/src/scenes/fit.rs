@@ -1,0 +1,181 @@
+//! b3: paths of full Gauss-Newton steps.
+
+use super::compare::{PATH, Record, largest_difference};
+use super::input::{FiberStretch, SceneError};
+use super::rig::{B0, parameters};
+use crate::ledger::Ledger;
+use crate::numbers::norm;
+use crate::shared::read_json;
+use face_rig::rig::{Direction, Parameters, Rig, RigError};
+use fem_solvers::{Damping, GaussNewtonParams, LeastSquares, StepMethod, gauss_newton_observed};
+use serde::Deserialize;
+use std::path::Path;
+
+#[derive(Deserialize)]
+struct B3 {
+    deviatoric: FiberStretch,
+    runs: Vec<Run>,
+}
+
+#[derive(Deserialize)]
+struct Run {
+    name: String,
+    nodes: Vec<usize>,
+    target: Vec<[f64; 3]>,
+    w_orthogonality: f64,
+    w_activation: f64,
+    theta_start: Vec<f64>,
+    path: Vec<Step>,
+}
+
+#[derive(Deserialize)]
+struct Step {
+    theta: Vec<f64>,
+    data_residual_norm: f64,
+}
+
+/// ½ Σ |x* − x|² + w/2 (|M_cᵀM_c − I|² + |M_jᵀM_j − I|²) + w_a/2 |α|² as stacked residuals.
+struct Fit<'a> {
+    rig: &'a mut Rig,
+    run: &'a Run,
+    solved_at: Vec<f64>,
+}
+
+impl Fit<'_> {
+    fn solve(&mut self, theta: &[f64]) -> Result<(), RigError> {
+        if self.solved_at != theta {
+            let muscles = self.rig.muscles();
+            let pose = Parameters::from_slice(theta).unwrap_or_else(|| Parameters::rest(muscles));
+            self.rig.solve(&pose)?;
+            self.solved_at = theta.to_vec();
+        }
+        Ok(())
+    }
+
+    /// Where M_c and M_j begin in θ.
+    fn matrices(&self) -> [usize; 2] {
+        let muscles = self.rig.muscles();
+        [muscles, muscles + 12]
+    }
+}
+
+impl LeastSquares for Fit<'_> {
+    type Error = RigError;
+    fn residuals(&self) -> usize {
+        3 * self.run.nodes.len() + 18 + self.rig.muscles()
+    }
+    fn parameters(&self) -> usize {
+        self.rig.muscles() + 24
+    }
+    fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), RigError> {
+        self.solve(theta)?;
+        let x = self.rig.solved().positions();
+        let (data, priors) = r.split_at_mut(3 * self.run.nodes.len());
+        for (k, &node) in self.run.nodes.iter().enumerate() {
+            for i in 0..3 {
+                data[3 * k + i] = x[node][i] - self.run.target[k][i];
+            }
+        }
+        let weight = self.run.w_orthogonality.sqrt();
+        for (which, first) in self.matrices().into_iter().enumerate() {
+            let M = &theta[first..first + 9];
+            for i in 0..3 {
+                for j in 0..3 {
+                    let product: f64 = (0..3).map(|k| M[3 * k + i] * M[3 * k + j]).sum();
+                    let unit = if i == j { 1.0 } else { 0.0 };
+                    priors[9 * which + 3 * i + j] = weight * (product - unit);
+                }
+            }
+        }
+        for (prior, alpha) in priors[18..].iter_mut().zip(theta) {
+            *prior = self.run.w_activation.sqrt() * alpha;
+        }
+        Ok(())
+    }
+    fn jacobian(&mut self, theta: &[f64], j: &mut [f64]) -> Result<(), RigError> {
+        self.solve(theta)?;
+        let (rows, data) = (self.residuals(), 3 * self.run.nodes.len());
+        let directions = Direction::all(self.rig.muscles());
+        let columns = self.rig.sensitivity()?.columns(&directions);
+        j.fill(0.0);
+        for (k, column) in columns.iter().enumerate() {
+            for (n, &node) in self.run.nodes.iter().enumerate() {
+                j[k * rows + 3 * n..][..3].copy_from_slice(&column[node]);
+            }
+        }
+        let weight = self.run.w_orthogonality.sqrt();
+        for (which, first) in self.matrices().into_iter().enumerate() {
+            for (a, b) in (0..9).map(|n| (n / 3, n % 3)) {
+                let at = (first + 3 * a + b) * rows + data + 9 * which;
+                // ∂(MᵀM)ᵢⱼ/∂M_ab = δ_ib M_aj + δ_jb M_ai
+                for k in 0..3 {
+                    j[at + 3 * b + k] += weight * theta[first + 3 * a + k];
+                    j[at + 3 * k + b] += weight * theta[first + 3 * a + k];
+                }
+            }
+        }
+        for k in 0..self.rig.muscles() {
+            j[k * rows + data + 18 + k] = self.run.w_activation.sqrt();
+        }
+        Ok(())
+    }
+}
+
+/// b3: θ and the residual norm along every path.
+///
+/// # Errors
+/// If a file can't be used or a pose has no equilibrium.
+pub fn b3(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+    let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
+    let scene: B3 = read_json(&folder.join("b3_gauss_newton.json"))?;
+    let mut rig = face.rig(scene.deviatoric)?;
+    for run in &scene.runs {
+        let mut theta = run.theta_start.clone();
+        rig.solve(&parameters(&theta)?)?;
+        let params = GaussNewtonParams {
+            method: StepMethod::Qr,
+            damping: Damping::None,
+            max_iterations: run.path.len() - 1,
+            step_tolerance: 0.0,
+            cost_tolerance: 0.0,
+            ..GaussNewtonParams::default()
+        };
+        let mut fit = Fit {
+            rig: &mut rig,
+            run,
+            solved_at: Vec::new(),
+        };
+        let mut taken: Vec<Vec<f64>> = Vec::new();
+        // The path is compared step by step, so the count of steps is what ends it.
+        let ended = gauss_newton_observed(&mut fit, &mut theta, &params, &mut |step| {
+            taken.push(step.theta.to_vec());
+        });
+        if taken.len() < run.path.len() {
+            let (got, all) = (taken.len(), run.path.len());
+            let why = ended.map_or_else(|e| format!("{e:?}"), |info| format!("{:?}", info.stop));
+            ledger.broken(format!(
+                "scene b3, {}: {got} of {all} steps: {why}",
+                run.name
+            ));
+        }
+        let mut record = Record {
+            ledger,
+            scene: "scene b3",
+            category: run.name.clone(),
+            id: String::new(),
+        };
+        for (k, (theta, exact)) in taken.iter().zip(&run.path).enumerate() {
+            record.id = format!("step {k}");
+            record.error("θ", largest_difference(theta, &exact.theta), PATH);
+            rig.solve(&parameters(theta)?)?;
+            let x = rig.solved().positions();
+            let mut distance = Vec::new();
+            for (&node, target) in run.nodes.iter().zip(&run.target) {
+                distance.extend((0..3).map(|i| x[node][i] - target[i]));
+            }
+            let error = (norm(&distance) - exact.data_residual_norm).abs();
+            record.error("residual", error, PATH);
+        }
+    }
+    Ok(())
+}

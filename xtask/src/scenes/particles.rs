@@ -1,0 +1,33 @@
+//! c1 to c4: kernels, damage, inextensible fibres and the relaxed KKT system.
+
+use super::input::SceneError;
+use crate::ledger::Ledger;
+use crate::shared::read_json;
+use aniso_mpm::scenes::{NAMES, compare};
+use std::path::Path;
+
+/// Every scene of the material-point crate.
+///
+/// # Errors
+/// If a file can't be used.
+pub fn c(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+    for name in NAMES {
+        let file: serde_json::Value = read_json(&folder.join(format!("{name}.json")))?;
+        match compare(name, &file) {
+            Ok(deviations) => {
+                for d in deviations {
+                    ledger.record(
+                        "scenes c",
+                        "error",
+                        name,
+                        &d.name,
+                        d.error / d.tolerance,
+                        1.0,
+                    );
+                }
+            }
+            Err(error) => ledger.broken(format!("scene {name}: {error}")),
+        }
+    }
+    Ok(())
+}

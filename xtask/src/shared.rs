@@ -1,0 +1,63 @@
+//! Where the reference data lies: beside the repository, never inside it.
+
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// The folder with the reference data: `FEM_SHARED` where it is set, else `shared` beside the
+/// repository; nothing where there is no such folder.
+pub fn folder() -> Option<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?;
+    let folder = match std::env::var_os("FEM_SHARED") {
+        Some(folder) => PathBuf::from(folder),
+        None => root.parent()?.join("shared"),
+    };
+    folder.is_dir().then_some(folder)
+}
+
+/// The given folder, else `part` of the reference data; says so where there is neither.
+pub fn folder_or_skip(given: Option<&Path>, part: &str) -> Option<PathBuf> {
+    let found = given
+        .map(Path::to_path_buf)
+        .or_else(|| folder().map(|shared| shared.join(part)))
+        .filter(|path| path.is_dir());
+    if found.is_none() {
+        eprintln!("skipped: no folder with {part} here (set FEM_SHARED or name one)");
+    }
+    found
+}
+
+/// Why a reference file could not be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file can't be opened.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file has another format.
+    #[error("{path}: {source}")]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What and where.
+        source: serde_json::Error,
+    },
+}
+
+/// Reads a JSON file.
+///
+/// # Errors
+/// If it can't be opened or doesn't have the expected form; the message names file, line and field.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, ReadError> {
+    let text = std::fs::read_to_string(path).map_err(|source| ReadError::Io {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    serde_json::from_str(&text).map_err(|source| ReadError::Format {
+        path: path.to_path_buf(),
+        source,
+    })
+}
