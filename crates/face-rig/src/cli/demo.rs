@@ -43,6 +43,14 @@ const EXPRESSIONS: [(&str, &[&str], f64); 3] = [
     ),
 ];
 
+/// What the picture shows of one expression.
+struct Drawn {
+    fitted: Shape,
+    target: Shape,
+    seen: Vec<[f64; 3]>,
+    wanted: Vec<[f64; 3]>,
+}
+
 pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut out = Output::prepare(output)?;
     let progress = bar(2 * EXPRESSIONS.len() + 2, "demo");
@@ -111,30 +119,30 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     }
     progress.set_message("drawing");
     let at_rest = Shape::new(&source, scene.mesh.nodes(), &Frame::IDENTITY);
-    let shapes: Vec<(Shape, Shape, Vec<[f64; 3]>, Vec<[f64; 3]>)> = done
+    let drawn: Vec<Drawn> = done
         .iter()
         .map(|(fit, posed, truth)| {
             let on = |x: &[[f64; 3]]| landmarks.0.iter().map(|p| p.position(x)).collect();
-            (
-                Shape::new(&source, &fit.positions, &map.parameters(&fit.q).jaw),
-                Shape::new(&source, posed, &map.parameters(truth).jaw),
-                on(&fit.positions),
-                on(posed),
-            )
+            Drawn {
+                fitted: Shape::new(&source, &fit.positions, &map.parameters(&fit.q).jaw),
+                target: Shape::new(&source, posed, &map.parameters(truth).jaw),
+                seen: on(&fit.positions),
+                wanted: on(posed),
+            }
         })
         .collect();
     let rows: Vec<Fitted> = done
         .iter()
-        .zip(&shapes)
-        .map(|((fit, _, _), (fitted, target, seen, wanted))| Fitted {
+        .zip(&drawn)
+        .map(|((fit, _, _), drawn)| Fitted {
             heading: format!(
                 "{}: found from 68 landmarks in {} steps",
                 fit.name, fit.iterations
             ),
-            fitted,
-            target: Some(target),
-            seen,
-            wanted,
+            fitted: &drawn.fitted,
+            target: Some(&drawn.target),
+            seen: &drawn.seen,
+            wanted: &drawn.wanted,
         })
         .collect();
     let picture = out.path("demo.png");

@@ -153,7 +153,7 @@ pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> R
             ],
         );
     }
-    Ok(sheet.draw(PANEL[0] * 3 / 4, PANEL[1] * 3 / 4)?.save(path)?)
+    Ok(sheet.draw(PANEL[0] * 7 / 8, PANEL[1] * 7 / 8)?.save(path)?)
 }
 
 /// Residual over the iterations of each fit.

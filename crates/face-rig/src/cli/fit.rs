@@ -33,7 +33,6 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         let parameters = map.parameters(&fit.q);
         out.write_shape(&fit.name, scene, &rig, &parameters, &fit.positions)?;
     }
-    out.phase("pictures", || Ok::<_, Failure>(())).ok();
     draw(&mut out, &source, &map, &targets, &fits)?;
     let settings = json!({ "scene": args.scene, "points": format!("{:?}", args.points).to_lowercase(),
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),

@@ -149,11 +149,11 @@ fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[
         );
         places.extend(target.landmarks.iter().map(|l| l.1));
     }
-    if seen != Seen::Landmarks {
-        if let (Some(dense), Some(skin)) = (&target.dense, &scene.skin) {
-            points.extend(skin.points.iter().map(|p| scene.carried(p)));
-            places.extend(dense);
-        }
+    if seen != Seen::Landmarks
+        && let (Some(dense), Some(skin)) = (&target.dense, &scene.skin)
+    {
+        points.extend(skin.points.iter().map(|p| scene.carried(p)));
+        places.extend(dense);
     }
     (CarriedPoints(points), places)
 }

@@ -273,14 +273,14 @@ impl Rig {
         let mut z = state.in_cranium_frame.clone();
         let moves_bones = state.parameters.jaw != pose.jaw;
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
-        if known || (moves_bones && self.ensure_tangent(state).is_ok()) {
-            if let Some(tangent) = &self.tangent {
-                let change = Change::between(&state.parameters, pose);
-                let dz = Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
-                    .in_cranium_frame(&change.activations, &change.jaw);
-                for (z, d) in z.iter_mut().zip(dz) {
-                    *z = std::array::from_fn(|i| z[i] + d[i]);
-                }
+        if (known || (moves_bones && self.ensure_tangent(state).is_ok()))
+            && let Some(tangent) = &self.tangent
+        {
+            let change = Change::between(&state.parameters, pose);
+            let dz = Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
+                .in_cranium_frame(&change.activations, &change.jaw);
+            for (z, d) in z.iter_mut().zip(dz) {
+                *z = std::array::from_fn(|i| z[i] + d[i]);
             }
         }
         self.place_bones(&mut z, &pose.jaw);
