@@ -17,8 +17,8 @@ pub fn claims(name: &str) -> Vec<Claim> {
     if name != "linear" {
         claims.push(Claim::Objective);
     }
-    // Flesh in closed blocks plus fibres in closed form, each filtered on its own.
-    if name.starts_with("muscle") {
+    // Ground substance in closed blocks plus fibres in closed form, each filtered on its own.
+    if name.starts_with("muscle") || ["hgo", "qr_aniso", "qr_damage"].contains(&name) {
         claims.push(Claim::FilteredByTerms);
     }
     claims
