@@ -22,18 +22,24 @@ pub const OPEN: [(&str, &str, &str, &str); 8] = [
         SEVERAL_EQUILIBRIA,
     ),
     ("conformance 3D", "no NaN", "ogden", NO_LOGARITHM),
-    ("inv_mooney_rivlin 3D", "psd", "repeated", SLOW_JACOBI),
-    ("inv_stvk 3D", "psd", "repeated", SLOW_JACOBI),
-    ("stvk 3D", "psd", "repeated", SLOW_JACOBI),
+    (
+        "inv_mooney_rivlin 3D",
+        "psd",
+        "repeated",
+        REPEATED_EIGENVALUES,
+    ),
+    ("inv_stvk 3D", "psd", "repeated", REPEATED_EIGENVALUES),
+    ("stvk 3D", "psd", "repeated", REPEATED_EIGENVALUES),
 ];
 /// θ after the first step agrees to 1e-9, x(θ) does not.
 const SEVERAL_EQUILIBRIA: &str = "at activations of -1.4 and beyond x(θ) differs from the \
     reference's; whether it is another equilibrium of the same pose is not known";
 /// ln(1 + (σ − 1)) is −∞ for a positive σ below 1e-16.
 const NO_LOGARITHM: &str = "not finite, and not +∞, where a stretch is positive and below 1e-16";
-/// Seen in `Tensor4::project`, the numeric projection, not in the models' own filters.
-const SLOW_JACOBI: &str = "eight Jacobi sweeps on a 9×9 matrix with eigenvalues three to five \
-    times repeated leave couplings of up to 1e-11";
+/// Seen in `Tensor4::project`, the numeric projection, not in the models' own filters. Sweeps that
+/// end too early are suspected: imitated outside, they leave 1e-10 in one of the four cases.
+const REPEATED_EIGENVALUES: &str =
+    "numeric projection of 9×9 matrices with repeated eigenvalues is good to 1e-10 only";
 
 /// All comparisons of one quantity of one group within one category.
 #[derive(Clone, Debug, Serialize)]
