@@ -43,8 +43,6 @@ impl Default for RigParams {
         let newton = NewtonParams {
             gradient_tolerance: 1e-9,
             relative_gradient_tolerance: 0.0,
-            // A solve that needs more is better walked in smaller parts.
-            max_iterations: 40,
             // Nearly incompressible flesh held by thin layers on bone needs hundreds of conjugate
             // gradient iterations; on the head of 13,000 free nodes a factor costs less.
             linear_solver: LinearSolver::Direct,
