@@ -6,7 +6,10 @@ use std::fmt::Write as _;
 
 /// Comparisons that do not hold yet: (group, quantity, category) and why. A full verification fails
 /// on them; a quick one and the tests print them as open and fail on everything else.
-pub const OPEN: [(&str, &str, &str, &str); 8] = [
+pub const OPEN: [(&str, &str, &str, &str); 11] = [
+    ("conformance 2D", "dP", "corotated", NEAR_ROTATION),
+    ("conformance 2D", "dP", "fixed_corotated", NEAR_ROTATION),
+    ("conformance 2D", "dP", "arap", NEAR_ROTATION),
     ("scene b3", "θ", "landmarks_exact_orth", SEVERAL_EQUILIBRIA),
     (
         "scene b3",
@@ -31,6 +34,9 @@ pub const OPEN: [(&str, &str, &str, &str); 8] = [
     ("inv_stvk 3D", "psd", "repeated", REPEATED_EIGENVALUES),
     ("stvk 3D", "psd", "repeated", REPEATED_EIGENVALUES),
 ];
+/// Seen with seed 0x5931a7b3f7dfb7fd at a 2D rotation by 84 degrees.
+const NEAR_ROTATION: &str = "dual numbers through the 2D polar decomposition at a random F near \
+    a rotation agree to 6e-12, not 1e-12";
 /// θ after the first step agrees to 1e-9, x(θ) does not.
 const SEVERAL_EQUILIBRIA: &str = "at activations of -1.4 and beyond x(θ) differs from the \
     reference's; whether it is another equilibrium of the same pose is not known";

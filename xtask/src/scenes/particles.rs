@@ -21,7 +21,12 @@ pub fn c(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
                         "error",
                         name,
                         &d.name,
-                        d.error / d.tolerance,
+                        // Counts are compared exactly: their tolerance is 0.
+                        if d.error == d.tolerance {
+                            1.0
+                        } else {
+                            d.error / d.tolerance
+                        },
                         1.0,
                     );
                 }
