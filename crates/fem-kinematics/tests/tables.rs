@@ -62,9 +62,19 @@ struct Worst(BTreeMap<&'static str, (f64, String)>);
 
 impl Worst {
     fn note(&mut self, what: &'static str, got: &[f64], expected: &[f64], cond: f64, case: &Value) {
+        let allowed = (f64::EPSILON + cond) * norm(expected);
+        self.within(what, got, expected, allowed, case);
+    }
+
+    fn within(
+        &mut self,
+        what: &'static str,
+        got: &[f64],
+        expected: &[f64],
+        allowed: f64,
+        case: &Value,
+    ) {
         let difference: Vec<f64> = got.iter().zip(expected).map(|(a, b)| a - b).collect();
-        let size = norm(expected);
-        let allowed = (f64::EPSILON + cond) * size;
         let error = norm(&difference);
         let factor = if error == 0.0 { 0.0 } else { error / allowed };
         let entry = self.0.entry(what).or_insert((0.0, String::new()));
@@ -86,11 +96,15 @@ fn check<const D: usize>(name: &str) {
         let svd = signed_svd(&F);
         let sigma = numbers(&case["sigma"]).unwrap();
         for i in 0..D {
-            // Rounding F alone moves a value by ε σ₁.
-            let relative = number(&cond["sigma"][i]).max(f64::EPSILON);
-            let floor = f64::EPSILON * sigma[0] / sigma[i].abs().max(f64::MIN_POSITIVE);
-            let allowed = relative.max(floor);
-            worst.note("sigma", &[svd.sigma[i]], &[sigma[i]], allowed, case);
+            // Rounding F alone moves a value by ε σ₁, which is all that a value of zero is allowed.
+            let cond = number(&cond["sigma"][i]);
+            let own = if sigma[i] == 0.0 {
+                0.0
+            } else {
+                cond * sigma[i].abs()
+            };
+            let allowed = own + f64::EPSILON * sigma[0];
+            worst.within("sigma", &[svd.sigma[i]], &[sigma[i]], allowed, case);
         }
         let condition = number(&cond["UV"]);
         if condition < 1e-9 {
