@@ -1,4 +1,5 @@
-//! Symmetric eigenvalues by cyclic Jacobi rotations, in a fixed number of sweeps.
+//! Symmetric eigenvalues by cyclic Jacobi rotations: in a fixed number of sweeps up to 3×3, above
+//! until all lanes have converged.
 
 use crate::frame::orthogonalize;
 use crate::mat::Mat;
@@ -9,14 +10,20 @@ pub(crate) fn negligible_square<T: Real>() -> T {
     T::from_f64(if T::EPSILON < 1e-10 { 1e-250 } else { 1e-34 })
 }
 
-/// Makes A_pq zero: A ← JᵀAJ, V ← VJ. Of A only the upper triangle is read and written.
+/// Makes A_pq zero: A ← JᵀAJ, V ← VJ. Of A only the upper triangle is read and written. An entry
+/// of at most half the threshold stays, and nothing turns; the mask says where something did.
 #[inline(always)]
-fn rotate<T: Real, const N: usize>(A: &mut [[T; N]; N], V: &mut [[T; N]; N], p: usize, q: usize) {
+fn rotate<T: Real, const N: usize>(
+    A: &mut [[T; N]; N],
+    V: &mut [[T; N]; N],
+    (p, q): (usize, usize),
+    threshold: T,
+) -> T::Mask {
     let (zero, one) = (T::zero(), T::one());
     let h = A[p][q] + A[p][q];
     let d = A[p][p] - A[q][q];
     let square = d * d + h * h;
-    let needed = negligible_square::<T>().lt(square);
+    let needed = negligible_square::<T>().lt(square) & !h.abs().le(threshold);
     // tan of the smaller rotation angle; the square root is kept away from 0, where it has no
     // derivative.
     let r = T::select(needed, square, one).sqrt();
@@ -39,6 +46,16 @@ fn rotate<T: Real, const N: usize>(A: &mut [[T; N]; N], V: &mut [[T; N]; N], p: 
         V[k][p] = c * x + s * y;
         V[k][q] = c * y - s * x;
     }
+    needed
+}
+
+#[inline(always)]
+fn identity<T: Real, const N: usize>() -> [[T; N]; N] {
+    let mut V = [[T::zero(); N]; N];
+    for i in 0..N {
+        V[i][i] = T::one();
+    }
+    V
 }
 
 #[inline(always)]
@@ -46,15 +63,43 @@ pub(crate) fn cyclic_jacobi<T: Real, const N: usize>(
     mut A: [[T; N]; N],
     sweeps: usize,
 ) -> ([T; N], [[T; N]; N]) {
-    let mut V = [[T::zero(); N]; N];
-    for i in 0..N {
-        V[i][i] = T::one();
-    }
+    let mut V = identity();
+    // Below 0: every entry turns, also one that is rounding error, because its derivative is not.
+    let threshold = T::from_f64(-1.0);
     for _ in 0..sweeps {
         for p in 0..N {
             for q in p + 1..N {
-                rotate(&mut A, &mut V, p, q);
+                rotate(&mut A, &mut V, (p, q), threshold);
             }
+        }
+    }
+    (core::array::from_fn(|i| A[i][i]), V)
+}
+
+/// Sweeps until nothing is left to turn. Turning by rounding errors is not harmless in a large
+/// matrix: a rotation between two equal eigenvalues has any angle, and stirs the entries that other
+/// rotations have just made zero; and a lane that has finished must stay as it is, so that its bits
+/// do not depend on its neighbours.
+#[inline(always)]
+fn converged_jacobi<T: Real, const N: usize>(mut A: [[T; N]; N]) -> ([T; N], [[T; N]; N]) {
+    const MOST_SWEEPS: usize = 16;
+    let mut largest = T::zero();
+    for i in 0..N {
+        for j in i..N {
+            largest = A[i][j].abs().max(largest);
+        }
+    }
+    let threshold = largest * T::from_f64(T::EPSILON / 16.0);
+    let mut V = identity();
+    for _ in 0..MOST_SWEEPS {
+        let mut turned = false;
+        for p in 0..N {
+            for q in p + 1..N {
+                turned |= T::any(rotate(&mut A, &mut V, (p, q), threshold));
+            }
+        }
+        if !turned {
+            break;
         }
     }
     (core::array::from_fn(|i| A[i][i]), V)
@@ -67,6 +112,9 @@ pub(crate) fn cyclic_jacobi<T: Real, const N: usize>(
 /// underflow is taken for diagonal): see [`symmetric_eigen`] for one that scales.
 #[inline(always)]
 pub fn jacobi_eigen<T: Real, const N: usize>(A: &[[T; N]; N]) -> ([T; N], [[T; N]; N]) {
+    if N > 3 && T::DERIVATIVES == 0 {
+        return converged_jacobi(*A);
+    }
     let sweeps = if N <= 3 {
         4
     } else if N == 4 {

@@ -34,7 +34,8 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
     /// The symmetric part of the tensor with each eigenvalue λ replaced by `filter(λ)`:
     /// `|x| x.max(T::zero())` gives the nearest positive semidefinite tensor, `T::abs` flips.
     ///
-    /// A D²×D² eigen-solve without branches, for any model; slow beside a model's own blocks.
+    /// A D²×D² eigen-solve to rounding, repeated eigenvalues included, for any model; slow beside a
+    /// model's own blocks.
     #[inline(always)]
     pub fn project(&self, filter: impl FnMut(T) -> T) -> Self {
         let sym = self.symmetric_part();

@@ -291,6 +291,68 @@ fn projections<const D: usize, const N: usize>(
     }
 }
 
+/// Q diag(d) Qᵀ with Q a product of random reflections: the truth for any d, repeated or not.
+fn composed(Q: &[[f64; 9]; 9], d: [f64; 9]) -> [[f64; 9]; 9] {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..9).map(|k| Q[i][k] * d[k] * Q[j][k]).sum()))
+}
+
+#[test]
+fn numeric_projection_keeps_its_digits_where_eigenvalues_repeat() {
+    let mut random = Random(29);
+    for case in 0..400 {
+        let mut Q: [[f64; 9]; 9] =
+            std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j)));
+        for _ in 0..9 {
+            let v: [f64; 9] = std::array::from_fn(|_| random.unit());
+            let norm: f64 = v.iter().map(|x| x * x).sum();
+            for row in &mut Q {
+                let along: f64 = 2.0 * row.iter().zip(v).map(|(a, b)| a * b).sum::<f64>() / norm;
+                row.iter_mut().zip(v).for_each(|(a, b)| *a -= along * b);
+            }
+        }
+        let kinds = [[1.0, -1.0, 3.0], [1e5, -2.0, 1e-7], [0.0, -1.0, 1.0]][case % 3];
+        let d: [f64; 9] = std::array::from_fn(|k| kinds[k * (1 + case / 3) % 9 % 3]);
+        let size = d.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let T = from_flat::<f64, 3, 9>(&composed(&Q, d), &ROW_MAJOR_3D);
+        let projected = to_flat(&T.project(|x| x.max(0.0)), &ROW_MAJOR_3D);
+        let truth = composed(&Q, d.map(|x| x.max(0.0)));
+        let mut eigenvalues = d;
+        eigenvalues.sort_by(f64::total_cmp);
+        for (ours, exact) in T.eigenvalues().iter().zip(eigenvalues) {
+            assert!(
+                (ours - exact).abs() <= 1e-14 * size,
+                "case {case}: {ours} {exact}"
+            );
+        }
+        for (ours, exact) in projected.iter().flatten().zip(truth.iter().flatten()) {
+            assert!(
+                (ours - exact).abs() <= 1e-14 * size,
+                "case {case}: {ours} {exact}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_lane_of_the_numeric_projection_does_not_feel_its_neighbours() {
+    let mut random = Random(31);
+    let all: [Tensor4<f64, 3>; 8] = std::array::from_fn(|k| {
+        let scale = if k == 3 { 0.0 } else { 10_f64.powi(k as i32) };
+        Tensor4::from_fn(|_, _, _, _| scale * random.unit()).symmetric_part()
+    });
+    let packed = Tensor4::<F64x8, 3>::from_fn(|i, j, k, l| {
+        Lanes(std::array::from_fn(|n| all[n].get(i, j, k, l)))
+    });
+    let together = packed.project(|x| x.max(F64x8::from_f64(0.0)));
+    for (n, T) in all.iter().enumerate() {
+        let alone = T.project(|x| x.max(0.0));
+        for (i, j, k, l) in (0..81).map(|m| (m / 27, m / 9 % 3, m / 3 % 3, m % 3)) {
+            let (a, b) = (alone.get(i, j, k, l), together.get(i, j, k, l).0[n]);
+            assert_eq!(a.to_bits(), b.to_bits(), "lane {n}");
+        }
+    }
+}
+
 #[test]
 fn numeric_projection_against_an_independent_eigen_solver() {
     projections::<2, 4>(&BLOCK_ORDER_2D, &ROW_MAJOR_2D);
