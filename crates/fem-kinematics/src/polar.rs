@@ -26,19 +26,7 @@ pub struct Polar<T, const D: usize> {
 /// included.
 #[inline(always)]
 pub fn polar<T: Real, const D: usize>(F: &Mat<T, D>) -> Polar<T, D> {
-    let principal = signed_svd(&F.constant());
-    let mut R = polish(&principal.U.mul_tr(&principal.V));
-    // U and V have no derivatives at repeated values, where R has. Each step of this Newton
-    // iteration with a fixed matrix makes one more order of R's derivatives right.
-    for _ in 0..T::DERIVATIVES {
-        let half = solve_rate(&principal, &R.tr_mul(F)).map(|w| w * T::from_f64(0.5));
-        R = cayley(&R, half);
-    }
-    Polar {
-        R,
-        S: R.tr_mul(F).symmetric_part(),
-        principal,
-    }
+    Polar::from_svd(F, &signed_svd(&F.constant()))
 }
 
 /// R (I − [h])⁻¹ (I + [h]), a rotation for every h.
@@ -87,6 +75,27 @@ fn rounding<T: Real, const D: usize>(principal: &Svd<T, D>) -> T {
 }
 
 impl<T: Real, const D: usize> Polar<T, D> {
+    /// [`polar`] of an F whose decomposition is at hand.
+    #[inline(always)]
+    pub fn from_svd(F: &Mat<T, D>, svd: &Svd<T, D>) -> Self {
+        let principal = Svd {
+            U: svd.U.constant(),
+            sigma: svd.sigma.map(Real::constant),
+            V: svd.V.constant(),
+        };
+        let mut R = polish(&principal.U.mul_tr(&principal.V));
+        // U and V have no derivatives at repeated values, where R has. Each step of this Newton
+        // iteration with a fixed matrix makes one more order of R's derivatives right.
+        for _ in 0..T::DERIVATIVES {
+            let half = solve_rate(&principal, &R.tr_mul(F)).map(|w| w * T::from_f64(0.5));
+            R = cayley(&R, half);
+        }
+        Self {
+            R,
+            S: R.tr_mul(F).symmetric_part(),
+            principal,
+        }
+    }
     /// Is R determined, and differentiable? The smallest sum σᵢ + σⱼ must not vanish.
     #[inline(always)]
     pub fn unique(&self) -> T::Mask {

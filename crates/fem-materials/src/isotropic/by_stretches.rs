@@ -24,7 +24,20 @@ pub trait StretchEnergy<const D: usize>: Copy + Send + Sync {
     /// σᵢ + σⱼ → 0 for an energy of the polar rotation; [`positive_sum`] keeps it finite.
     fn sum_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T;
 
-    /// ∂P/∂F at diag(σ), from the three methods above.
+    /// ψ at F = U diag(σ) Vᵀ. To be overridden by a model that loses fewer digits in terms of F.
+    #[inline(always)]
+    fn energy_at<T: Real>(&self, _F: &Mat<T, D>, svd: &Svd<T, D>) -> T {
+        self.energy(&svd.sigma)
+    }
+    /// P = U diag(g) Vᵀ at F = U diag(σ) Vᵀ. To be overridden by a model that loses fewer digits in
+    /// terms of F: of nearly equal stretches U and V are good to ε over their difference only, which
+    /// cancels in P but not in what a dual number carries.
+    #[inline(always)]
+    fn stress_at<T: Real>(&self, _F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+        svd.compose(self.gradient(&svd.sigma))
+    }
+
+    /// ∂P/∂F at diag(σ), from the Hessian and the quotients.
     #[inline(always)]
     fn blocks<T: Real>(&self, sigma: &[T; D]) -> DiagonalBlocks<T, D> {
         let half = T::from_f64(0.5);
@@ -72,12 +85,11 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
 
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
-        self.0.energy(&signed_svd(F).sigma)
+        self.0.energy_at(F, &signed_svd(F))
     }
     #[inline(always)]
     fn stress<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
-        let svd = signed_svd(F);
-        svd.compose(self.0.gradient(&svd.sigma))
+        self.0.stress_at(F, &signed_svd(F))
     }
     #[inline(always)]
     fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
@@ -100,15 +112,14 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
         let svd = signed_svd(F);
-        let stress = svd.compose(self.0.gradient(&svd.sigma));
-        (self.0.energy(&svd.sigma), stress)
+        (self.0.energy_at(F, &svd), self.0.stress_at(F, &svd))
     }
     #[inline(always)]
     fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
         let svd = signed_svd(F);
         Evaluation {
-            energy: self.0.energy(&svd.sigma),
-            stress: svd.compose(self.0.gradient(&svd.sigma)),
+            energy: self.0.energy_at(F, &svd),
+            stress: self.0.stress_at(F, &svd),
             derivative: derivative(&self.0, &svd, filter),
         }
     }

@@ -3,8 +3,9 @@
 use super::linear::LAME;
 use crate::isotropic::{ByStretches, StretchEnergy, positive_sum};
 use crate::lame::Lame;
+use crate::near_rest::RestMeasures;
 use crate::registry::{Entry, ModelVisitor, Parameter, ParameterError, Parameters};
-use fem_kinematics::{Mat, Real};
+use fem_kinematics::{Mat, Polar, Real, Svd};
 
 /// ψ = μ |S − I|² + λ/2 tr(S − I)² (document 002): linear elasticity in a frame that turns along.
 ///
@@ -91,6 +92,16 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     visitor.visit::<_, 3>(&arap);
 }
 
+/// R of F = R S, and F − R = R (S − I), of which |F − R|² = |S − I|² and R : (F − R) = tr(S − I).
+///
+/// Unlike σᵢ − 1, an entry of F − R is exact but for the rounding of R, and the derivative of R has
+/// no 1/(σᵢ − σⱼ).
+#[inline(always)]
+fn strained<T: Real, const D: usize>(F: &Mat<T, D>, svd: &Svd<T, D>) -> (Mat<T, D>, Mat<T, D>) {
+    let R = Polar::from_svd(F, svd).R;
+    (R, *F - R)
+}
+
 /// Σ (σᵢ − 1).
 #[inline(always)]
 fn trace<T: Real, const D: usize>(sigma: &[T; D]) -> T {
@@ -119,6 +130,19 @@ fn turning<T: Real, const D: usize>(sigma: &[T; D], i: usize, j: usize) -> T {
 }
 
 impl<const D: usize> StretchEnergy<D> for CorotatedLinear {
+    #[inline(always)]
+    fn energy_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> T {
+        let (R, strain) = strained(F, svd);
+        let t = R.dot(&strain);
+        T::from_f64(self.mu) * strain.norm_squared() + T::from_f64(0.5 * self.lambda) * t * t
+    }
+    /// 2μ (F − R) + λ tr(S − I) R.
+    #[inline(always)]
+    fn stress_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+        let (R, strain) = strained(F, svd);
+        let pressure = T::from_f64(self.lambda) * R.dot(&strain);
+        strain.scale(T::from_f64(2.0 * self.mu)) + R.scale(pressure)
+    }
     #[inline(always)]
     fn energy<T: Real>(&self, sigma: &[T; D]) -> T {
         let t = trace(sigma);
@@ -170,6 +194,19 @@ fn volume_change<T: Real, const D: usize>(sigma: &[T; D]) -> T {
 
 impl<const D: usize> StretchEnergy<D> for FixedCorotated {
     #[inline(always)]
+    fn energy_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> T {
+        let j = RestMeasures::new(F).J_minus_1;
+        let shape = T::from_f64(self.mu) * strained(F, svd).1.norm_squared();
+        shape + T::from_f64(0.5 * self.lambda) * j * j
+    }
+    /// 2μ (F − R) + λ (J − 1) cof F.
+    #[inline(always)]
+    fn stress_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+        let pressure = T::from_f64(self.lambda) * RestMeasures::new(F).J_minus_1;
+        let shape = strained(F, svd).1.scale(T::from_f64(2.0 * self.mu));
+        shape + F.cofactor().scale(pressure)
+    }
+    #[inline(always)]
     fn energy<T: Real>(&self, sigma: &[T; D]) -> T {
         let j = volume_change(sigma);
         T::from_f64(self.mu) * squares(sigma) + T::from_f64(0.5 * self.lambda) * j * j
@@ -207,6 +244,15 @@ impl<const D: usize> StretchEnergy<D> for FixedCorotated {
 }
 
 impl<const D: usize> StretchEnergy<D> for Arap {
+    #[inline(always)]
+    fn energy_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> T {
+        T::from_f64(self.mu) * strained(F, svd).1.norm_squared()
+    }
+    /// 2μ (F − R).
+    #[inline(always)]
+    fn stress_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+        strained(F, svd).1.scale(T::from_f64(2.0 * self.mu))
+    }
     #[inline(always)]
     fn energy<T: Real>(&self, sigma: &[T; D]) -> T {
         T::from_f64(self.mu) * squares(sigma)

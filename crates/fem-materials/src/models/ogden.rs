@@ -70,7 +70,7 @@ struct Logs<T> {
 impl<T: Real> Logs<T> {
     #[inline(always)]
     fn new(sigma: &[T; 3]) -> Self {
-        let t = sigma.map(|s| (s - T::one()).ln_1p());
+        let t = sigma.map(Real::ln);
         let volume = t[0] + t[1] + t[2];
         let mean = T::from_f64(1.0 / 3.0) * volume;
         Self {
