@@ -8,7 +8,7 @@ use crate::penalty::Penalty;
 use fem_materials::DefinitenessFilter;
 use fem_solvers::{BlockPattern, BlockSymmetric};
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A mesh with its materials, fibres and obstacles, ready to be evaluated at any positions.
 ///
@@ -25,6 +25,7 @@ pub struct Assembly<const D: usize> {
     pub(crate) prescribed: Vec<Box<dyn Part<D>>>,
     pub(crate) penalties: Vec<Penalty<D>>,
     pub(crate) channels: usize,
+    pub(crate) force_scale: OnceLock<Option<f64>>,
 }
 
 impl<const D: usize> std::fmt::Debug for Assembly<D> {
@@ -54,6 +55,31 @@ impl<const D: usize> Assembly<D> {
     /// Number of activation channels.
     pub fn channels(&self) -> usize {
         self.channels
+    }
+    /// The force that strains by one at rest, newtons: the stiffness of a free node in the median
+    /// times the mean size of an element. `None` where nothing is stiff at rest.
+    pub fn force_scale(&self) -> Option<f64> {
+        *self.force_scale.get_or_init(|| {
+            let mut hessian = BlockSymmetric::zeros(self.pattern.clone());
+            let activations = vec![0.0; self.channels];
+            self.hessian(
+                &self.rest,
+                &activations,
+                DefinitenessFilter::None,
+                &mut hessian,
+            );
+            let mut stiffness: Vec<f64> = (0..self.pattern.blocks())
+                .map(|row| {
+                    let block = hessian.values()[self.pattern.diagonal(row)];
+                    (0..D).fold(0.0, |m, k| block[k][k].abs().max(m))
+                })
+                .collect();
+            stiffness.sort_by(f64::total_cmp);
+            let median = *stiffness.get(stiffness.len() / 2)?;
+            let volume: f64 = self.volumes().sum::<f64>() / self.elements.len() as f64;
+            let scale = median * volume.powf(1.0 / D as f64);
+            (scale > 0.0 && scale.is_finite()).then_some(scale)
+        })
     }
     /// Rest volume of each element, m³ (m² in 2D).
     pub fn volumes(&self) -> impl ExactSizeIterator<Item = f64> + '_ {

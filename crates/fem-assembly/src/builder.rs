@@ -209,6 +209,7 @@ impl<const D: usize> AssemblyBuilder<D> {
             prescribed,
             penalties,
             channels,
+            force_scale: std::sync::OnceLock::new(),
         })
     }
 }

@@ -3,7 +3,7 @@
 use crate::assembly::Assembly;
 use crate::error::AssemblyError;
 use fem_materials::DefinitenessFilter;
-use fem_solvers::{BlockPattern, BlockSymmetric, Definiteness, NonlinearProblem};
+use fem_solvers::{BlockPattern, BlockSymmetric, Definiteness, Merit, NonlinearProblem};
 use std::sync::Arc;
 
 /// The free nodes of an assembly, looking for the positions at which all forces on them vanish
@@ -36,6 +36,7 @@ pub struct Quasistatic<'a, const D: usize> {
     assembly: &'a Assembly<D>,
     positions: Vec<[f64; D]>,
     activations: Vec<f64>,
+    merit: Merit,
 }
 
 impl<'a, const D: usize> Quasistatic<'a, D> {
@@ -84,7 +85,15 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
             assembly,
             positions,
             activations,
+            merit: Merit::Energy,
         })
+    }
+
+    /// The same with another measure of progress: [`Merit::ResidualNorm`] for a stress that is no
+    /// energy's gradient, such as [`Thresholded`](fem_materials::inversion::Thresholded).
+    #[must_use]
+    pub fn with_merit(self, merit: Merit) -> Self {
+        Self { merit, ..self }
     }
 
     /// The first guess for the unknowns.
@@ -137,6 +146,12 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         };
         self.assembly
             .hessian(&self.positions(x), &self.activations, filter, out);
+    }
+    fn merit(&self) -> Merit {
+        self.merit
+    }
+    fn gradient_scale(&self) -> Option<f64> {
+        self.assembly.force_scale()
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         let rest = self.assembly.rest();

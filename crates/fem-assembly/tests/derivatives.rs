@@ -1,4 +1,13 @@
-//! Forces and Hessian against the energy, on a twisted bar with muscles, a roller and obstacles.
+//! Forces and Hessian against the energy, on a twisted bar with muscles, a roller and obstacles; and
+//! against the formulas of the documents, on single elements and on triangles.
+#![allow(non_snake_case)]
+
+#[path = "documents/finite_volume.rs"]
+mod finite_volume;
+#[path = "documents/plane.rs"]
+mod plane;
+#[path = "documents/random.rs"]
+mod random;
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};

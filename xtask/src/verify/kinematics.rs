@@ -4,7 +4,7 @@ use super::VerifyError;
 use crate::ledger::Ledger;
 use crate::numbers::{Numbers, by_rows, distance, entries, norm};
 use crate::shared::read_json;
-use fem_kinematics::{Mat, polar, signed_qr, signed_svd};
+use fem_kinematics::{Mat, Tensor4, polar, signed_qr, signed_svd};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -99,6 +99,20 @@ fn check_case<const D: usize>(case: &Case, ledger: &mut Ledger) {
         let sign = paired_signs(&svd.V, &case.V.matrix());
         record("U", &entries(&(svd.U * sign)), &case.U.0, distinct);
         record("V", &entries(&(svd.V * sign)), &case.V.0, distinct);
+        if let (Some(dSigma), Some(dU), Some(dV)) = (&case.dSigma, &case.dU, &case.dV) {
+            let got: Vec<f64> = (0..D)
+                .flat_map(|n| entries(&svd.sigma_gradient(n)))
+                .collect();
+            record("dσ", &got, &dSigma.0, distinct);
+            // Turned by `distinct`, U and V carry their own derivatives along; the rates 1/(σᵢ − σⱼ)
+            // lose as much again.
+            let signed = |tensor: Tensor4<f64, D>| {
+                by_rows(&Tensor4::from_linear_map(|dF| tensor.apply(dF) * sign))
+            };
+            let change = |exact: &Numbers| distinct * norm(&exact.0);
+            record("dU", &signed(svd.u_derivative().value), &dU.0, change(dU));
+            record("dV", &signed(svd.v_derivative().value), &dV.0, change(dV));
+        }
     }
 
     let polar = polar(&F);
@@ -128,7 +142,6 @@ fn check_case<const D: usize>(case: &Case, ledger: &mut Ledger) {
             record("dR (QR)", &got, &dR.0, change);
         }
     }
-    let _ = (&case.dSigma, &case.dU, &case.dV);
 }
 
 /// The diagonal matrix of the column signs that bring `V` closest to `table`.

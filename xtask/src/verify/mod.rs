@@ -1,6 +1,7 @@
 //! `cargo xtask verify`: everything against its independent truth.
 
 mod elements;
+mod intermediate;
 mod kinematics;
 pub mod materials;
 mod models;
@@ -85,6 +86,7 @@ pub fn check_tables(folder: &Path, ledger: &mut Ledger) -> Result<Vec<String>, V
     scalars::check_curves(folder, ledger)?;
     kinematics::check::<2>(folder, ledger)?;
     kinematics::check::<3>(folder, ledger)?;
+    intermediate::check(folder, ledger)?;
     elements::check::<2>(folder, ledger)?;
     elements::check::<3>(folder, ledger)?;
     Ok(without)

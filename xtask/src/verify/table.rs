@@ -26,6 +26,9 @@ pub struct Case {
     #[serde(rename = "p")]
     pub parameters: usize,
     pub F: Numbers,
+    /// det F.
+    #[serde(default)]
+    pub J: Number,
     pub psi: Number,
     pub P: Numbers,
     pub dPdF: Numbers,
@@ -36,6 +39,8 @@ pub struct Case {
     pub invariants: Option<Numbers>,
     pub psi_I: Option<Numbers>,
     pub psi_II: Option<Numbers>,
+    /// Normalised stretch of the fibre.
+    pub l: Option<Number>,
     #[serde(default)]
     pub kink: bool,
     /// Change for one rounding of F.

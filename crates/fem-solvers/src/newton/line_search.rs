@@ -9,7 +9,7 @@ pub(super) struct Start<'a> {
     pub direction: &'a [f64],
     pub gradient: &'a [f64],
     pub energy: f64,
-    /// Largest absolute energy met so far.
+    /// Largest absolute energy of the last steps, older ones counted for less.
     pub energy_scale: f64,
 }
 

@@ -80,7 +80,8 @@ pub struct NewtonParams {
     pub gradient_tolerance: f64,
     /// … or at most this share of `reference`.
     pub relative_gradient_tolerance: f64,
-    /// Size of a typical gradient; the largest entry at the start if `None`.
+    /// Size of a typical gradient; if `None`, the largest entry at the start or
+    /// [`gradient_scale`](super::NonlinearProblem::gradient_scale), whichever is smaller.
     pub reference: Option<f64>,
     /// … or when the largest entry of a full step is at most this, in the unit of `x`.
     pub step_tolerance: f64,

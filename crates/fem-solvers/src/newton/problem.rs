@@ -48,6 +48,12 @@ pub trait NonlinearProblem<const D: usize> {
         None
     }
 
+    /// The size of a gradient that is large for this problem, whatever the state it is started from;
+    /// a tolerance relative to the gradient at a start that is far away would mean nothing.
+    fn gradient_scale(&self) -> Option<f64> {
+        None
+    }
+
     /// What a step must lower.
     fn merit(&self) -> Merit {
         Merit::Energy

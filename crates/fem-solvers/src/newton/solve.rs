@@ -117,7 +117,10 @@ impl<const D: usize> Newton<D> {
             });
         }
         state.info.gradient_norm = norm_inf(&state.gradient);
-        let reference = params.reference.unwrap_or(state.info.gradient_norm);
+        let reference = params.reference.unwrap_or_else(|| {
+            let own = problem.gradient_scale().unwrap_or(f64::INFINITY);
+            state.info.gradient_norm.min(own)
+        });
         let mut report = NewtonIteration {
             iteration: 0,
             energy: state.energy,
@@ -177,7 +180,8 @@ impl<const D: usize> Newton<D> {
             x.copy_from_slice(&trial);
             std::mem::swap(&mut state.gradient, &mut gradient);
             state.energy = accepted.energy;
-            energy_scale = energy_scale.max(accepted.energy.abs());
+            // A start far away has an energy that soon says nothing about the rounding of the present.
+            energy_scale = (0.1 * energy_scale).max(accepted.energy.abs());
             state.info.evaluations += accepted.evaluations;
             state.info.iterations += 1;
             state.info.gradient_norm = norm_inf(&state.gradient);
