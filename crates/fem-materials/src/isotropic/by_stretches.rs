@@ -3,7 +3,7 @@
 use super::blocks::{DiagonalBlocks, PAIRS};
 use crate::filter::DefinitenessFilter;
 use crate::material::{Evaluation, Material, Symmetry};
-use fem_kinematics::{Mat, Real, Svd, Tensor4, signed_svd};
+use fem_kinematics::{Mat, Polar, Real, Svd, Tensor4, dot, signed_svd};
 
 /// ψ(σ), a symmetric function of the signed singular values σ₁ ≥ … ≥ |σ_D|.
 ///
@@ -30,11 +30,42 @@ pub trait StretchEnergy<const D: usize>: Copy + Send + Sync {
         self.energy(&svd.sigma)
     }
     /// P = U diag(g) Vᵀ at F = U diag(σ) Vᵀ. To be overridden by a model that loses fewer digits in
-    /// terms of F: of nearly equal stretches U and V are good to ε over their difference only, which
-    /// cancels in P but not in what a dual number carries.
+    /// terms of F.
     #[inline(always)]
-    fn stress_at<T: Real>(&self, _F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+    fn stress_at<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+        if T::DERIVATIVES > 0 {
+            return self.interpolated_stress(F, svd);
+        }
         svd.compose(self.gradient(&svd.sigma))
+    }
+    /// P = R g(S), the function g of the matrix S in Newton's form
+    /// g₁ I + g[σ₁, σ₂] (S − σ₁) + g[σ₁, σ₂, σ₃] (S − σ₁)(S − σ₂).
+    ///
+    /// σ, U and V of nearly equal stretches have derivatives that are good to ε over their difference
+    /// only. In U diag(g) Vᵀ a dual number carries that along; here it cancels, because R and S are
+    /// good to ε and a divided difference comes with as many factors S − σ.
+    #[inline(always)]
+    fn interpolated_stress<T: Real>(&self, F: &Mat<T, D>, svd: &Svd<T, D>) -> Mat<T, D> {
+        let Polar { R, S, .. } = Polar::from_svd(F, svd);
+        // Rayleigh's quotients, of S less a constant so that V's derivatives meet small numbers only:
+        // what they lack in one stretch they have too much in the next.
+        let sigma: [T; D] = core::array::from_fn(|i| {
+            let (v, c) = (svd.V.column(i), svd.sigma[i].constant());
+            let rest = (S - Mat::identity().scale(c)).mul_vec(v);
+            c + dot(v, rest) / dot(v, v)
+        });
+        let sigma = &sigma;
+        let above = |i: usize| S - Mat::identity().scale(sigma[i]);
+        let first = self.difference_quotient(sigma, 0, 1);
+        let mut g = Mat::identity().scale(self.gradient(sigma)[0]) + above(0).scale(first);
+        if D == 3 {
+            let gap = sigma[2] - sigma[0];
+            let apart = T::zero().lt(gap.abs());
+            let change = self.difference_quotient(sigma, 1, 2) - first;
+            let second = T::select(apart, change, T::zero()) / T::select(apart, gap, T::one());
+            g += (above(0) * above(1)).symmetric_part().scale(second);
+        }
+        R * g
     }
 
     /// ∂P/∂F at diag(σ), from the Hessian and the quotients.
