@@ -1,6 +1,8 @@
 //! `docs/coverage.md` cannot rot: every promise has a row, every place and test it names exists.
 #![allow(missing_docs)]
 
+use fem_materials::Material;
+use fem_materials::registry::{Entry, ModelVisitor, Parameter, for_each_model};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -88,6 +90,210 @@ fn every_place_and_every_test_exists() {
         }
     }
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
+}
+
+/// Every Rust source below a folder of the project.
+fn sources(folder: &str) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![root().join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder of the project") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = std::fs::read_to_string(&path).expect("sources are text");
+                found.push((path, text));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn every_mistake_of_the_documents_has_a_test_that_exists() {
+    let errata = std::fs::read_to_string(root().join("docs/errata.md")).expect("the list exists");
+    let all: String = ["crates", "tests"]
+        .iter()
+        .flat_map(|folder| sources(folder))
+        .map(|(_, text)| text)
+        .collect();
+    let rows = errata
+        .lines()
+        .filter(|line| line.starts_with("| ") && !line.starts_with("| where"));
+    let (mut count, mut previous) = (0, false);
+    for row in rows {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
+        let test = cells.last().expect("a row has cells");
+        let exists = |name: &&str| all.contains(&format!("fn {name}()"));
+        let (found, other): (Vec<&str>, Vec<&str>) = quoted(test).into_iter().partition(exists);
+        // What else stands there is the name of a model or of its table.
+        let lost = other.iter().find(|name| name.matches('_').count() > 2);
+        assert!(lost.is_none(), "{row}: no test {lost:?}");
+        assert!(
+            !found.is_empty() || (previous && *test == "the same"),
+            "{row}"
+        );
+        (count, previous) = (count + 1, true);
+    }
+    assert!(count > 50, "{count} rows");
+}
+
+/// Names, dimensions and parameters of the registry.
+#[derive(Default)]
+struct Names(Vec<(&'static str, usize, &'static [Parameter])>);
+
+impl ModelVisitor for Names {
+    fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
+        self.0.push((entry.name, D, entry.parameters));
+    }
+}
+
+#[test]
+fn every_model_is_explained_with_its_parameters_units_domain_and_purpose() {
+    let text = std::fs::read_to_string(root().join("docs/models.md")).expect("the page exists");
+    let mut names = Names::default();
+    for_each_model(&mut names);
+    for (name, dimension, parameters) in names.0 {
+        let row = text
+            .lines()
+            .find(|line| {
+                line.starts_with('|')
+                    && line.matches('|').count() == 7
+                    && quoted(line.split('|').nth(1).expect("a cell")).contains(&name)
+            })
+            .unwrap_or_else(|| panic!("docs/models.md has no row for `{name}`"));
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        assert!(cells.iter().all(|cell| !cell.is_empty()), "{row}");
+        assert!(
+            cells[2].contains(&dimension.to_string()),
+            "{name}: {dimension}D"
+        );
+        let shared = ["the same", "the fibre's"]
+            .iter()
+            .any(|w| cells[1].contains(w));
+        for parameter in parameters {
+            let listed = quoted(cells[1]).contains(&parameter.name);
+            assert!(listed || shared, "{name}: no `{}`", parameter.name);
+            assert!(
+                parameter.unit != "Pa" || cells[1].contains("[Pa]") || shared,
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_model_is_one_file_that_no_other_file_names() {
+    let mut names = Names::default();
+    for_each_model(&mut names);
+    let all = sources("crates/fem-materials/src");
+    for (name, ..) in names.0 {
+        let literal = format!("\"{name}\"");
+        let homes: Vec<_> = all
+            .iter()
+            .filter(|(_, text)| text.contains(&literal))
+            .map(|(path, _)| path)
+            .collect();
+        assert_eq!(homes.len(), 1, "`{name}` stands in {homes:?}");
+        assert!(
+            homes[0].parent().is_some_and(|p| p.ends_with("models")),
+            "{homes:?}"
+        );
+    }
+    for (path, text) in all {
+        let in_models = path.parent().is_some_and(|p| p.ends_with("models"));
+        let calls = text.matches("register(visitor").count();
+        assert!(
+            in_models || calls == 0,
+            "{path:?} registers a model by hand"
+        );
+    }
+}
+
+/// The members of the workspace, by the manifests that exist.
+fn packages() -> Vec<String> {
+    let folders = ["crates", "."].map(|folder| root().join(folder));
+    let mut names: Vec<String> = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).expect("a folder of the project"))
+        .map(|entry| entry.expect("a readable entry").path().join("Cargo.toml"))
+        .filter_map(|manifest| std::fs::read_to_string(manifest).ok())
+        .filter_map(|text| {
+            let line = text.lines().find(|line| line.starts_with("name = "))?;
+            Some(
+                line.trim_start_matches("name = ")
+                    .trim_matches('"')
+                    .to_owned(),
+            )
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_workspace_has_the_crates_that_were_asked_for() {
+    let found = packages();
+    for name in [
+        "aniso-mpm",
+        "face-rig",
+        "fem-assembly",
+        "fem-kinematics",
+        "fem-materials",
+        "fem-solvers",
+        "xtask",
+    ] {
+        assert!(
+            found.iter().any(|f| f == name),
+            "{name} is not among {found:?}"
+        );
+    }
+    // Upward only: no crate depends on one above it.
+    let order = [
+        "fem-kinematics",
+        "fem-materials",
+        "fem-solvers",
+        "fem-assembly",
+        "face-rig",
+    ];
+    for (level, name) in order.iter().enumerate() {
+        let manifest = root().join("crates").join(name).join("Cargo.toml");
+        let text = std::fs::read_to_string(manifest).expect("the manifest exists");
+        for above in &order[level + 1..] {
+            assert!(
+                !text.contains(&format!("{above}.workspace")),
+                "{name} depends on {above}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_libraries_that_were_asked_for_are_used() {
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("the manifest exists");
+    let all: String = ["crates", "tests", "xtask"]
+        .iter()
+        .flat_map(|folder| sources(folder))
+        .filter(|(path, _)| !path.ends_with("tests/coverage.rs"))
+        .map(|(_, text)| text)
+        .collect();
+    for (library, used_as) in [
+        ("nalgebra", "nalgebra::"),
+        ("faer", "faer::"),
+        ("rayon", "use rayon::"),
+        ("thiserror", "thiserror::Error"),
+        ("approx", "approx::"),
+        ("proptest", "proptest"),
+        ("criterion", "criterion"),
+        ("serde", "use serde::"),
+    ] {
+        assert!(
+            manifest.contains(&format!("\n{library} = ")),
+            "{library} is no dependency"
+        );
+        assert!(all.contains(used_as), "no source says `{used_as}`");
+    }
 }
 
 #[test]

@@ -320,6 +320,17 @@ fn the_element_stiffness_by_columns_in_closed_form_and_by_the_assembly_is_one() 
         let truth = by_columns(&shape, |dF| dual_differential(&material, &F, dF));
         let K = stiffness(&body, &x);
         same(&K, &truth, "assembled against dual numbers");
+        // Symmetric, and a translation meets no resistance: semidefinite at best.
+        let scale = largest(&K);
+        for row in 0..12 {
+            for column in 0..12 {
+                assert!((K[row][column] - K[column][row]).abs() <= 1e-13 * scale);
+            }
+            for axis in 0..3 {
+                let moved: f64 = (0..4).map(|node| K[row][3 * node + axis]).sum();
+                assert!(moved.abs() <= 1e-13 * scale);
+            }
+        }
 
         // dG = U {dP/dF(F̂) : Uᵀ dF V} Vᵀ B_m.
         let svd = signed_svd(&F);

@@ -1,6 +1,7 @@
 //! Triangles solved to equilibrium: the same code as tetrahedra, one dimension less.
 
 use super::random::{Random, Triangles};
+use approx::assert_relative_eq;
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::inversion::Thresholded;
 use fem_materials::isotropic::ByStretches;
@@ -9,6 +10,7 @@ use fem_solvers::{
     AssumedPositiveDefinite, BlockSymmetric, Identity, LinearOperator, LinearSolver, Merit, Newton,
     NewtonFailure, NewtonParams, PcgParams, PreconditionerChoice, Structure, pcg,
 };
+use proptest::prelude::*;
 
 const FLESH: NeoHookean = NeoHookean {
     mu: 3e3,
@@ -149,10 +151,7 @@ fn a_pulled_square_thins_as_the_closed_form_says_with_every_linear_solver() {
             .filter(|(p, _)| p[0] == 1.0)
             .map(|(_, f)| f[0])
             .sum();
-        assert!(
-            (right + pull).abs() <= 1e-9 * pull,
-            "{solver:?}: {right} {pull}"
-        );
+        assert_relative_eq!(right, -pull, max_relative = 1e-9);
     }
 }
 
@@ -282,5 +281,31 @@ fn an_inverted_triangle_recovers_with_the_threshold_of_the_documents() {
         .unwrap();
     for (p, q) in rest.iter().zip(problem.positions(&x)) {
         assert!((p[0] - q[0]).abs().max((p[1] - q[1]).abs()) <= 1e-9);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// Whatever the triangles look like: no energy and no force can tell a rotation and a shift, and
+    /// forces turn along.
+    #[test]
+    fn a_moved_body_feels_nothing_of_it(seed: u64, angle in -4.0..4.0, shift in -3.0..3.0) {
+        let mesh = Triangles::new(3, 2).mesh();
+        let dofs = Dofs::all_free(mesh.nodes()).unwrap();
+        let body = AssemblyBuilder::new(&mesh, dofs).unwrap().material(FLESH).unwrap().build().unwrap();
+        let mut random = Random(seed);
+        let x: Vec<[f64; 2]> = mesh.nodes().iter().map(|p| random.near(p, 0.12)).collect();
+        prop_assume!(body.volume_ratios(&x).iter().all(|&J| J > 0.05));
+        let (s, c) = f64::sin_cos(angle);
+        let turn = |p: [f64; 2]| [c * p[0] - s * p[1], s * p[0] + c * p[1]];
+        let moved: Vec<[f64; 2]> = x.iter().map(|&p| turn(p).map(|k| k + shift)).collect();
+        let (here, there) = (body.energy(&x, &[]), body.energy(&moved, &[]));
+        prop_assert!(approx::relative_eq!(here, there, max_relative = 1e-11));
+        let forces = body.forces_everywhere(&x, &[]);
+        let scale = forces.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()));
+        for (f, g) in forces.into_iter().zip(body.forces_everywhere(&moved, &[])) {
+            let f = turn(f);
+            prop_assert!((f[0] - g[0]).abs().max((f[1] - g[1]).abs()) <= 1e-11 * scale);
+        }
     }
 }
