@@ -8,6 +8,8 @@ mod finite_volume;
 mod plane;
 #[path = "documents/random.rs"]
 mod random;
+#[path = "documents/work.rs"]
+mod work;
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};

@@ -10,3 +10,4 @@ mod lame;
 mod near_rest;
 mod numbers;
 mod qr;
+mod work;
