@@ -74,6 +74,11 @@ pub(super) fn single<const D: usize, M: Material<D>>(
         return;
     }
     let size = Sizes::at(material, &F);
+    // An exponential of a large stretch has a value in `f64` that no `f32` can hold.
+    let largest = size.energy.max(size.stress).max(size.derivative);
+    if !(largest < 1e-3 * f64::from(f32::MAX)) {
+        return;
+    }
     let wide = |m: Mat<f32, D>| Mat::from_fn(|i, j| f64::from(m[(i, j)]));
     let in_energy = (f64::from(material.energy(&short)) - energy).abs();
     let in_stress = norm(&(wide(material.stress(&short)) - material.stress(&F)));
