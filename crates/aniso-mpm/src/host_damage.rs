@@ -2,13 +2,14 @@
 
 use crate::body::Body;
 use crate::damage::{DamageInput, DamageOutput, cauchy_stress};
+use crate::dispatch::dispatch;
 use crate::error::MpmError;
 use crate::float::Float;
 use crate::law::Law;
 use crate::particles::Particles;
 use crate::simulation::Simulation;
 use crate::transfer::Scheme;
-use fem_kinematics::{Kernel, Mat, dispatch};
+use fem_kinematics::{Kernel, Mat};
 use rayon::prelude::*;
 
 const CHUNK: usize = 256;

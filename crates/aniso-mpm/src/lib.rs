@@ -7,6 +7,7 @@ mod binning;
 mod blocks;
 mod body;
 pub mod damage;
+mod dispatch;
 mod error;
 mod fibre_law;
 mod float;

@@ -97,9 +97,10 @@ impl<T: Float, const D: usize> Factors<T, D> {
 
 #[inline(always)]
 fn add_scaled<T: Float>(sum: &mut [T; 4], s: T, v: &[T; 4]) {
-    for c in 0..4 {
-        sum[c] += s * v[c];
-    }
+    sum[0] += s * v[0];
+    sum[1] += s * v[1];
+    sum[2] += s * v[2];
+    sum[3] += s * v[3];
 }
 
 /// Column a of a matrix as a node vector, times a number.

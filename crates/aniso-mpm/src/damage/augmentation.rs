@@ -7,10 +7,11 @@ use super::explicit::explicit_update;
 use super::grid::DamageGrid;
 use super::implicit::{ImplicitOptions, ImplicitSystem};
 use crate::blocks::{block_of, key};
+use crate::dispatch::dispatch;
 use crate::error::{MpmError, same_length};
 use crate::float::Float;
 use crate::kernels::{Cubic, locate};
-use fem_kinematics::{Kernel, Mat, dispatch};
+use fem_kinematics::{Kernel, Mat};
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -56,6 +57,9 @@ pub struct Augmentation<const D: usize> {
     update: DamageUpdate,
 }
 
+/// The damage model of each particle, `None` for one that cannot tear.
+pub type ModelOf<'a, const D: usize> = dyn Fn(usize) -> Option<DamageModel<D>> + Sync + 'a;
+
 /// Particles per task where the driving force is computed.
 const CHUNK: usize = 256;
 
@@ -73,8 +77,8 @@ impl<const D: usize> Augmentation<D> {
         self.update
     }
 
-    /// One substep of `dt` seconds. `model(p)` is the damage model of particle p, `None` for one
-    /// that cannot tear (it keeps its damage and is left out of the grid).
+    /// One substep of `dt` seconds. A particle that cannot tear keeps its damage and
+    /// is left out of the grid.
     ///
     /// Where neither d nor D̃ is positive nothing can happen, and no grid is made there.
     ///
@@ -83,7 +87,7 @@ impl<const D: usize> Augmentation<D> {
     pub fn step<T: Float>(
         &mut self,
         input: &DamageInput<'_, T, D>,
-        model: &(impl Fn(usize) -> Option<DamageModel<D>> + Sync),
+        model: &ModelOf<'_, D>,
         dt: f64,
     ) -> Result<DamageOutput<T>, MpmError> {
         let count = input.x.len();
@@ -148,7 +152,7 @@ impl<const D: usize> Augmentation<D> {
         near: &[usize],
         old: &[T],
         history: &[T],
-        model: &(impl Fn(usize) -> Option<DamageModel<D>> + Sync),
+        model: &ModelOf<'_, D>,
         dt: f64,
         options: &ImplicitOptions,
     ) -> Result<Vec<f64>, MpmError> {
@@ -176,7 +180,7 @@ impl<const D: usize> Augmentation<D> {
         &self,
         input: &DamageInput<'_, T, D>,
         history: &[T],
-        model: &(impl Fn(usize) -> Option<DamageModel<D>> + Sync),
+        model: &ModelOf<'_, D>,
     ) -> Vec<usize> {
         // Explicit: one block around the home block is all that a cubic stencil couples. Implicit:
         // the solution falls off like exp(−distance/l₀) with l₀ of half a cell: three blocks of
@@ -218,17 +222,13 @@ impl<const D: usize> Augmentation<D> {
     }
 }
 
-struct DrivingForces<'a, 'b, T, M, const D: usize> {
+struct DrivingForces<'a, 'b, T, const D: usize> {
     input: &'a DamageInput<'b, T, D>,
-    model: &'a M,
+    model: &'a ModelOf<'a, D>,
     first: usize,
     history: &'a mut [T],
 }
-impl<T, M, const D: usize> Kernel for DrivingForces<'_, '_, T, M, D>
-where
-    T: Float,
-    M: Fn(usize) -> Option<DamageModel<D>>,
-{
+impl<T: Float, const D: usize> Kernel for DrivingForces<'_, '_, T, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {

@@ -120,9 +120,10 @@ pub(crate) fn add_weighted<const D: usize>(
         let w = row_product(&stencil.w, &stencil.w, i, j)[D - 1];
         for (k, node) in window[first..first + Cubic::WIDTH].iter_mut().enumerate() {
             let weight = w * stencil.w[D - 1][k];
-            for c in 0..4 {
-                node[c] += weight * payload[c];
-            }
+            node[0] += weight * payload[0];
+            node[1] += weight * payload[1];
+            node[2] += weight * payload[2];
+            node[3] += weight * payload[3];
         }
     });
 }
@@ -136,14 +137,16 @@ pub(crate) fn row_product<const D: usize>(
     i: usize,
     j: usize,
 ) -> [f64; D] {
-    let at = [i, j];
-    core::array::from_fn(|axis| {
-        let mut product = 1.0;
-        for a in 0..D - 1 {
-            product *= if a == axis { by[a][at[a]] } else { w[a][at[a]] };
-        }
-        product
-    })
+    let mut product = [1.0; D];
+    if D == 2 {
+        product[0] = by[0][i];
+        product[1] = w[0][i];
+    } else {
+        product[0] = by[0][i] * w[1][j];
+        product[1] = w[0][i] * by[1][j];
+        product[2] = w[0][i] * w[1][j];
+    }
+    product
 }
 
 struct ReadLaplacian<'a, const D: usize> {

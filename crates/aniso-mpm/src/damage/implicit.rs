@@ -75,7 +75,7 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
         driving_force: &[T],
         d: &[T],
         dt: f64,
-        parameters: &(impl Fn(usize) -> DamageParameters + Sync),
+        parameters: &(dyn Fn(usize) -> DamageParameters + Sync),
         options: &ImplicitOptions,
     ) -> Result<Self, MpmError> {
         let count = grid.x.len();

@@ -12,7 +12,7 @@ mod grid;
 mod implicit;
 mod parameters;
 
-pub use augmentation::{Augmentation, DamageInput, DamageOutput, DamageUpdate};
+pub use augmentation::{Augmentation, DamageInput, DamageOutput, DamageUpdate, ModelOf};
 pub use directors::{Director, Directors};
 pub use driving_force::{cauchy_stress, crack_stress, driving_force, tensile_part};
 pub use explicit::{explicit_update, geometric_resistance};

@@ -1,38 +1,31 @@
 //! Mass, momentum and angular momentum over many steps of a free, spinning, elastic body.
-#![allow(non_snake_case)]
+use crate::{Host, lattice};
 use aniso_mpm::{
-    Apic, Body, Cubic, Elastic, Linear, MlsMpm, Particle, Particles, Quadratic, Scheme, Settings,
+    Apic, Body, Cubic, FibreReinforced, Linear, MlsMpm, Particles, Quadratic, Scheme, Settings,
     Simulation, Spline,
 };
-use fem_kinematics::Mat;
-use fem_materials::NeoHookean;
 
 const H: f64 = 0.1;
 
+const LAW: FibreReinforced = FibreReinforced {
+    mu: 2e3,
+    lambda: 5e3,
+    kx: 3e3,
+    ky: 1e3,
+    residual: 0.0,
+};
+
+/// A stretched and sheared block of uneven density that spins and flies.
 fn spinning_body<const D: usize>() -> Particles<f64, D> {
-    let mut particles = Particles::new();
-    let n = 8usize;
-    for i in 0..n.pow(D as u32) {
-        let at: [usize; D] = std::array::from_fn(|a| (i / n.pow(a as u32)) % n);
-        let x = at.map(|k| 0.05 * (k as f64 + 0.5) - 0.2);
-        let mut v = [0.3; D];
-        v[0] += -4.0 * x[1];
-        v[1] += 4.0 * x[0];
-        let mut F = Mat::identity();
-        F.0[0][1] = 0.2;
-        F.0[1][1] = 0.9;
-        let jitter = 1.0 + 0.3 * ((i * 7919) % 101) as f64 / 101.0;
-        particles
-            .push(&Particle {
-                x,
-                v,
-                F,
-                mass: jitter,
-                volume: 0.05f64.powi(D as i32),
-                damage: 0.0,
-                body: 0,
-            })
-            .unwrap();
+    let mut particles = lattice([-0.15; D], [0.15; D], 0.05, |_| true);
+    for p in 0..particles.len() {
+        let x: [f64; D] = particles.x[p];
+        particles.v[p] = [0.3; D];
+        particles.v[p][0] += -4.0 * x[1];
+        particles.v[p][1] += 4.0 * x[0];
+        particles.F[p].0[0][1] = 0.2;
+        particles.F[p].0[1][1] = 0.9;
+        particles.mass[p] *= 1.0 + 0.3 * ((p * 7919) % 101) as f64 / 101.0;
     }
     particles
 }
@@ -61,21 +54,13 @@ fn momenta<const D: usize>(p: &Particles<f64, D>, inertia: f64) -> (f64, [f64; D
 fn conserves<S: Scheme, const D: usize>() {
     let mut settings = Settings::new(H);
     settings.gravity = [0.0; D];
-    let law = Elastic(NeoHookean {
-        mu: 2e3,
-        lambda: 3e3,
-    });
-    let mut simulation = Simulation::<f64, S, _, D>::new(
-        settings,
-        vec![Body::elastic(law)],
-        vec![],
-        spinning_body(),
-    )
-    .unwrap();
+    let bodies = vec![Body::elastic(LAW)];
+    let mut simulation =
+        Simulation::<f64, S, _, D>::new(settings, bodies, vec![], spinning_body()).unwrap();
     let inertia = S::Kernel::INERTIA.unwrap_or(0.0) * H * H;
     let before = momenta(simulation.particles(), inertia);
-    for _ in 0..50 {
-        simulation.step(2e-4).unwrap();
+    for _ in 0..25 {
+        simulation.step(4e-4).unwrap();
     }
     let after = momenta(simulation.particles(), inertia);
     let scale: f64 = before.1.iter().map(|p| p.abs()).fold(0.0, f64::max);
@@ -98,15 +83,12 @@ fn conserves<S: Scheme, const D: usize>() {
 
 #[test]
 fn mass_momentum_and_angular_momentum_stay() {
+    // One dimension for each transfer, both for the default: the dimension is only a loop bound.
     conserves::<MlsMpm<Quadratic>, 2>();
     conserves::<MlsMpm<Quadratic>, 3>();
-    conserves::<MlsMpm<Cubic>, 2>();
     conserves::<MlsMpm<Cubic>, 3>();
     conserves::<Apic<Quadratic>, 2>();
-    conserves::<Apic<Quadratic>, 3>();
     conserves::<Apic<Cubic>, 2>();
-    conserves::<Apic<Cubic>, 3>();
-    conserves::<Apic<Linear>, 2>();
     conserves::<Apic<Linear>, 3>();
 }
 
@@ -118,18 +100,10 @@ fn same_bits_for_any_number_of_threads() {
             .build()
             .unwrap();
         pool.install(|| {
-            let law = Elastic(NeoHookean {
-                mu: 2e3,
-                lambda: 3e3,
-            });
-            let mut simulation = Simulation::<f64, MlsMpm<Quadratic>, _, 3>::new(
-                Settings::new(H),
-                vec![Body::elastic(law)],
-                vec![],
-                spinning_body(),
-            )
-            .unwrap();
-            for _ in 0..20 {
+            let bodies = vec![Body::elastic(LAW)];
+            let mut simulation =
+                Host::<3>::new(Settings::new(H), bodies, vec![], spinning_body()).unwrap();
+            for _ in 0..10 {
                 simulation.step(2e-4).unwrap();
             }
             simulation.particles().clone()

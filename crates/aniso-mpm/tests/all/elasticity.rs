@@ -1,8 +1,7 @@
 //! The law against exact derivatives, closed forms of a bar, energies, and the implicit step.
-#![allow(non_snake_case)]
+use crate::{Host, lattice};
 use aniso_mpm::{
-    Body, Contact, Fibre, FibreReinforced, ImplicitStep, Integrator, Law, MlsMpm, Obstacle,
-    Particle, Particles, Quadratic, Settings, Shape, Simulation,
+    Body, Contact, FibreReinforced, ImplicitStep, Integrator, Law, Obstacle, Settings, Shape,
 };
 use fem_kinematics::{Dual, Mat};
 
@@ -56,23 +55,8 @@ fn stress_and_its_differential_are_derivatives_of_the_energy() {
 fn fibre_reinforced_bar_under_tension() {
     let h = 0.05;
     let law = FibreReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0);
-    let mut particles = Particles::<f64, 2>::new();
-    let (length, spacing) = (1.0, 0.025);
-    for i in 0..40 {
-        for j in 0..8 {
-            particles
-                .push(&Particle {
-                    x: [spacing * (i as f64 + 0.5), spacing * (j as f64 + 0.5)],
-                    v: [0.0; 2],
-                    F: Mat::identity(),
-                    mass: 1000.0 * spacing * spacing,
-                    volume: spacing * spacing,
-                    damage: 0.0,
-                    body: 0,
-                })
-                .unwrap();
-        }
-    }
+    let length = 1.0;
+    let particles = lattice([0.0; 2], [length, 0.2], 0.025, |_| true);
     let speed = 0.1;
     let grip = |min: f64, max: f64, velocity: f64| Obstacle {
         shape: Shape::Box {
@@ -84,7 +68,7 @@ fn fibre_reinforced_bar_under_tension() {
     };
     let mut settings = Settings::new(h);
     settings.gravity = [0.0; 2];
-    let mut s = Simulation::<f64, MlsMpm<Quadratic>, _, 2>::new(
+    let mut s = Host::<2>::new(
         settings,
         vec![Body::elastic(law)],
         vec![grip(-0.5, 0.12, -speed), grip(length - 0.12, 1.5, speed)],
@@ -110,47 +94,25 @@ fn fibre_reinforced_bar_under_tension() {
     assert!((tension / expected - 1.0).abs() < 0.05);
 }
 
-fn oscillating(
-    integrator: Integrator,
-    cells: f64,
-) -> Simulation<f64, MlsMpm<Quadratic>, FibreReinforced, 2> {
+fn oscillating(integrator: Integrator, cells: f64, obstacles: Vec<Obstacle<2>>) -> Host<2> {
     let h = 1.0 / cells;
-    let n = (2.0 * 0.5 * cells) as usize;
-    let mut particles = Particles::new();
-    for i in 0..n * n {
-        let x = [
-            0.5 * h * ((i % n) as f64 + 0.5),
-            0.5 * h * ((i / n) as f64 + 0.5),
-        ];
-        particles
-            .push(&Particle {
-                x,
-                v: [0.4 * (x[0] - 0.25), -0.3 * (x[1] - 0.25)],
-                F: Mat::identity(),
-                mass: 1000.0 * 0.25 * h * h,
-                volume: 0.25 * h * h,
-                damage: 0.0,
-                body: 0,
-            })
-            .unwrap();
+    let mut particles = lattice([0.0; 2], [0.5; 2], 0.5 * h, |_| true);
+    for (v, x) in particles.v.iter_mut().zip(&particles.x) {
+        *v = [0.4 * (x[0] - 0.25), -0.3 * (x[1] - 0.25)];
     }
     let mut settings = Settings::new(h);
     settings.gravity = [0.0; 2];
     settings.integrator = integrator;
-    let law = FibreReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0);
-    let body = Body {
-        fibre: Fibre::Extensible,
-        ..Body::elastic(law)
-    };
-    Simulation::new(settings, vec![body], vec![], particles).unwrap()
+    let body = Body::elastic(FibreReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0));
+    Host::new(settings, vec![body], obstacles, particles).unwrap()
 }
 
 #[test]
 fn energy_falls_and_falls_less_on_a_finer_grid() {
     let mut kept = Vec::new();
     for cells in [8.0, 16.0, 32.0] {
-        let mut s = oscillating(Integrator::Symplectic, cells);
-        let total = |s: &Simulation<_, _, _, 2>| {
+        let mut s = oscillating(Integrator::Symplectic, cells, vec![]);
+        let total = |s: &Host<2>| {
             let e = s.energies();
             e.kinetic + e.elastic
         };
@@ -163,16 +125,16 @@ fn energy_falls_and_falls_less_on_a_finer_grid() {
     assert!(kept[2] > kept[0], "{kept:?}");
 }
 
+const ACCURATE: ImplicitStep = ImplicitStep {
+    tolerance: 1e-12,
+    max_iterations: 30,
+};
+
 /// With short steps the implicit step is the explicit one to first order in the step.
-#[test]
-fn implicit_and_symplectic_steps_agree_to_first_order() {
-    let options = ImplicitStep {
-        tolerance: 1e-12,
-        max_iterations: 30,
-    };
+fn steps_agree_to_first_order(obstacles: &[Obstacle<2>]) {
     let difference = |dt: f64| {
-        let mut a = oscillating(Integrator::Symplectic, 8.0);
-        let mut b = oscillating(Integrator::Implicit(options), 8.0);
+        let mut a = oscillating(Integrator::Symplectic, 8.0, obstacles.to_vec());
+        let mut b = oscillating(Integrator::Implicit(ACCURATE), 8.0, obstacles.to_vec());
         for _ in 0..(0.008 / dt).round() as usize {
             a.step(dt).unwrap();
             b.step(dt).unwrap();
@@ -189,8 +151,53 @@ fn implicit_and_symplectic_steps_agree_to_first_order() {
 }
 
 #[test]
+fn implicit_and_symplectic_steps_agree_to_first_order() {
+    steps_agree_to_first_order(&[]);
+}
+
+/// A clamp on the left and a piston from above, which slides on the block.
+fn clamp_and_piston() -> [Obstacle<2>; 2] {
+    let clamp = Obstacle::fixed(
+        Shape::Box {
+            min: [-1.0, -1.0],
+            max: [0.2, 1.5],
+        },
+        Contact::Sticky,
+    );
+    let piston = Obstacle {
+        shape: Shape::HalfSpace {
+            point: [0.0, 0.45],
+            normal: [0.0, -1.0],
+        },
+        contact: Contact::Slip,
+        velocity: [0.0, -0.2],
+    };
+    [piston, clamp]
+}
+
+#[test]
+fn implicit_step_meets_obstacles() {
+    steps_agree_to_first_order(&clamp_and_piston());
+    let obstacles = clamp_and_piston().to_vec();
+    let mut s = oscillating(Integrator::Implicit(ACCURATE), 8.0, obstacles);
+    s.step(4e-3).unwrap();
+    let p = s.particles();
+    for (x, v) in p.x.iter().zip(&p.v) {
+        // All nodes under these particles are held.
+        if x[0] < 0.05 {
+            assert_eq!(*v, [0.0; 2], "{x:?}");
+        }
+    }
+    // The block gives way below the piston, and beside the clamp it does so to the right.
+    let right: Vec<_> = (0..p.len()).filter(|&i| p.x[i][0] > 0.4).collect();
+    assert!(right.iter().all(|&i| p.v[i][0] > 0.0));
+    let top = right.iter().filter(|&&i| p.x[i][1] > 0.4);
+    assert!(top.clone().count() > 0 && top.clone().all(|&i| p.v[i][1] < -0.05));
+}
+
+#[test]
 fn a_long_implicit_step_is_stable() {
-    let mut s = oscillating(Integrator::Implicit(ImplicitStep::default()), 8.0);
+    let mut s = oscillating(Integrator::Implicit(ImplicitStep::default()), 8.0, vec![]);
     let before = s.energies();
     // Ten times what the fastest wave allows.
     for _ in 0..10 {
