@@ -26,11 +26,11 @@ struct Scene {
 
 const SCENE: Scene = Scene {
     cell: 0.05,
-    size: [0.3, 0.2, 0.7],
-    young: 1.2e4,
+    size: [0.2, 0.1, 0.5],
+    young: 2e4,
     poisson: 0.3,
     density: 1000.0,
-    frames: 40,
+    frames: 25,
     frame_time: 0.02,
 };
 
@@ -71,10 +71,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut simulation =
         Simulation::<f64, MlsMpm<Quadratic>, _, 3>::new(settings, bodies, vec![clamp], particles)?;
     let view = show::View {
-        min: [-0.2, -1.6],
+        min: [-0.2, -0.9],
         max: [2.0 * w + 0.45, 0.1],
         width: 420,
         radius: 0.3 * scene.cell,
+        tilt: 0.0,
     };
     show::run(
         "hanging_block",
@@ -82,6 +83,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene.frames,
         scene.frame_time,
         &view,
+        |_| {},
     )?;
     for body in [0, 1] {
         let p = simulation.particles();

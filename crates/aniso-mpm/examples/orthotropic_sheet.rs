@@ -1,5 +1,6 @@
-//! A woven sheet, clamped along its border, is pierced by a ball. Two families of fibres and
-//! α = −1 for both: it tears along them. Damage moves implicitly.
+//! A ball presses into a woven sheet that is clamped along its border: two families of fibres, a
+//! director along each. The matrix breaks over the ball and along the clamps; the fibres, which
+//! never break, hold it. Damage moves implicitly.
 //!
 //! `cargo run --release -p aniso-mpm --example orthotropic_sheet`
 mod show;
@@ -122,10 +123,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         particles,
     )?;
     let view = show::View {
-        min: [-0.05, -0.65],
-        max: [1.05, 0.25],
+        min: [-0.05, -0.4],
+        max: [1.05, 0.85],
         width: 800,
         radius: 0.35 * h,
+        tilt: 50.0,
     };
     show::run(
         "orthotropic_sheet",
@@ -133,5 +135,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene.frames,
         scene.frame_time,
         &view,
+        |_| {},
     )
 }

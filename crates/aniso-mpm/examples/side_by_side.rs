@@ -39,11 +39,11 @@ const SCENE: Scene = Scene {
     young: 1e5,
     poisson: 0.3,
     density: 1000.0,
-    kx: 2e5,
+    kx: 5e5,
     sigma_crit: 6e3,
-    eta: 2e-3,
+    eta: 5e-2,
     pull: 0.15,
-    frames: 48,
+    frames: 26,
     frame_time: 0.02,
 };
 
@@ -67,6 +67,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             |x| !(x[0] - left < 0.25 && (x[1] - 0.5).abs() < h),
         )?;
     }
+    // The grips hold a rim that cannot tear.
+    for (body, x) in particles.body.iter_mut().zip(&particles.x) {
+        if (x[1] - 0.5).abs() > 0.4 {
+            *body += 2;
+        }
+    }
     let parameters = DamageParameters::new(h, scene.sigma_crit, scene.eta);
     let body = |kx: f64, directors: Directors<2>| Body {
         law: FibreReinforced::from_young_poisson(scene.young, scene.poisson, kx, 0.0),
@@ -80,6 +86,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         body(0.0, Directors::Isotropic),
         body(scene.kx, Directors::fibre(-1.0)),
     ];
+    let rims = bodies.clone().into_iter().map(|body| Body {
+        damage: None,
+        ..body
+    });
+    let bodies = bodies.into_iter().chain(rims).collect();
     let grip = |low: f64, high: f64, speed: f64| Obstacle {
         shape: Shape::Box {
             min: [-1.0, low],
@@ -98,6 +109,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         max: [2.6, 1.3],
         width: 1000,
         radius: 0.3 * h,
+        tilt: 0.0,
     };
     show::run(
         "side_by_side",
@@ -105,5 +117,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene.frames,
         scene.frame_time,
         &view,
+        |_| {},
     )
 }

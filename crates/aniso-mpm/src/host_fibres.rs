@@ -60,7 +60,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             }
         }
         let params = PcgParams {
-            relative_tolerance: 1e-8,
+            relative_tolerance: 1e-6,
             max_iterations: 2000,
             stagnation_window: 400,
             ..PcgParams::default()

@@ -18,15 +18,19 @@ pub struct View {
     pub width: usize,
     /// Radius of a particle, m.
     pub radius: f64,
+    /// In 3D the picture looks along the second axis, from above by this angle, degrees.
+    pub tilt: f64,
 }
 
-/// Runs a simulation frame by frame into `out/<name>`: pictures, particles, energies.
+/// Runs a simulation frame by frame into `out/<name>`: pictures, particles, energies. `watch` sees
+/// it after every frame.
 pub fn run<T: Float, S: Scheme, L: Law<D>, const D: usize>(
     name: &str,
     simulation: &mut Simulation<T, S, L, D>,
     frames: usize,
     frame_time: f64,
     view: &View,
+    mut watch: impl FnMut(&Simulation<T, S, L, D>),
 ) -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from("out").join(name);
     fs::create_dir_all(&folder)?;
@@ -47,6 +51,7 @@ pub fn run<T: Float, S: Scheme, L: Law<D>, const D: usize>(
         steps += info.substeps;
         history.push((simulation.time(), simulation.energies()));
         write_frame(&folder, frame, simulation, view)?;
+        watch(simulation);
         bar.inc(1);
     }
     bar.finish();
@@ -91,24 +96,29 @@ fn picture<T: Float, const D: usize>(
     particles: &Particles<T, D>,
     view: &View,
 ) -> io::Result<Vec<u8>> {
-    const BODIES: [[f64; 3]; 3] = [
+    const BODIES: [[f64; 3]; 4] = [
         [70.0, 130.0, 180.0],
         [120.0, 160.0, 90.0],
-        [190.0, 150.0, 90.0],
+        [120.0, 150.0, 175.0],
+        [150.0, 170.0, 135.0],
     ];
     let scale = view.width as f64 / (view.max[0] - view.min[0]);
     let height = ((view.max[1] - view.min[1]) * scale).round() as usize;
     let mut image = vec![246u8; view.width * height * 3];
-    let up = D - 1;
     let mut order: Vec<usize> = (0..particles.len()).collect();
-    let depth = |p: usize| {
+    let (sin, cos) = view.tilt.to_radians().sin_cos();
+    // Height in the picture and distance from the eye.
+    let seen = |p: usize| {
+        let x = particles.x[p].map(Float::to_f64);
         if D == 3 {
-            particles.x[p][1].to_f64()
+            let (y, z) = (x[1], x[D - 1]);
+            (z * cos + y * sin, y * cos - z * sin)
         } else {
-            0.0
+            (x[1], 0.0)
         }
     };
-    // Far ones first; in 3D the picture looks along the second axis.
+    let depth = |p: usize| seen(p).1;
+    // Far ones first.
     order.sort_by(|&a, &b| depth(b).total_cmp(&depth(a)));
     let (near, far) = order.iter().fold((f64::MAX, f64::MIN), |(n, f), &p| {
         (n.min(depth(p)), f.max(depth(p)))
@@ -116,7 +126,7 @@ fn picture<T: Float, const D: usize>(
     let radius = (view.radius * scale).max(0.7);
     for p in order {
         let x = (particles.x[p][0].to_f64() - view.min[0]) * scale;
-        let y = (view.max[1] - particles.x[p][up].to_f64()) * scale;
+        let y = (view.max[1] - seen(p).0) * scale;
         let d = particles.damage[p].to_f64().clamp(0.0, 1.0);
         let shade = if far > near {
             1.0 - 0.45 * (depth(p) - near) / (far - near)
