@@ -1,9 +1,10 @@
 //! Draws the built-in face: `cargo run --release -p face-rig --example draw_builtin -- [TETS] [DIR]`.
 
-use face_rig::builtin::{BuiltinFace, Portrait, tet_quality};
+use face_rig::builtin::{BuiltinFace, Portrait};
 use face_rig::pictures::{
     Camera, ColorMap, Layer, Occlusion, Paint, Panel, ScalarBar, Segment, Sheet,
 };
+use fem_assembly::mesh::{Quality, SimplexMesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -17,7 +18,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         face.nodes.len(),
         start.elapsed()
     );
-    println!("{:#?}", tet_quality(&face.nodes, &face.tets));
+    let mesh = SimplexMesh::new(face.nodes.clone(), face.tets.as_flattened().to_vec())?;
+    println!("{}", Quality::measure(&mesh));
     let all = face.triangles(|_| true);
     let camera = Camera::framing(&face.nodes, 0.0, 0.0)?;
     let portrait = Portrait::new(&face, &face.nodes, |p| p);
@@ -73,7 +75,7 @@ fn draw_muscles(
                         centre[k] += 0.25 * face.nodes[n as usize][k];
                     }
                 }
-                let end = |s: f64| [0, 1, 2].map(|k| centre[k] + s * 0.003 * e.fibre[k]);
+                let end = |s: f64| [0, 1, 2].map(|k| centre[k] + s * 0.003 * e.direction[k]);
                 Segment {
                     ends: [end(-1.0), end(1.0)],
                     color: ColorMap::Heat.color(0.35 + 0.5 * e.weight),

@@ -1,6 +1,7 @@
 //! dx/dθ against differences of full re-solves, adjoints against columns, and a fit that finds a
 //! known pose, on a block of flesh between a fixed plate (cranium) and a moving one (jaw).
 
+use face_rig::anatomy::JawHinge;
 use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Orthogonality, Parametrization};
 use face_rig::rig::{
     AllNodes, CarriedPoint, CarriedPoints, Direction, Frame, JacobianRoute, Observation,
@@ -157,11 +158,7 @@ fn adjoints_agree_with_columns() {
 fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
     for method in [StepMethod::Qr, StepMethod::NormalEquations] {
         let mut rig = rig();
-        let axis = [1.0, 0.0, 0.0];
-        let jaw = JawModel::Hinge {
-            point: [0.02, 0.0, 0.05],
-            axis,
-        };
+        let jaw = JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05]));
         let cranium = CraniumModel::Rigid;
         let map = Parametrization {
             muscles: MUSCLES,

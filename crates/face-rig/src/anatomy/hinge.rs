@@ -1,30 +1,7 @@
-//! The jaw's hinge and the affine motions of bones.
+//! The jaw's hinge.
 
+use super::Frame;
 use fem_kinematics::Mat;
-
-/// An affine motion of a bone: x ↦ M x + t (M_c, t_c and M_j, t_j of document 000, 2.2 and 2.3).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AffineMotion {
-    /// M.
-    pub matrix: Mat<f64, 3>,
-    /// t, metres.
-    pub translation: [f64; 3],
-}
-
-impl AffineMotion {
-    /// M = I, t = 0.
-    pub fn identity() -> Self {
-        Self {
-            matrix: Mat::identity(),
-            translation: [0.0; 3],
-        }
-    }
-    /// M x + t, metres.
-    pub fn apply(&self, x: [f64; 3]) -> [f64; 3] {
-        let moved = self.matrix.mul_vec(x);
-        std::array::from_fn(|i| moved[i] + self.translation[i])
-    }
-}
 
 /// The line that the jaw turns about. A positive angle opens the mouth where the axis points to
 /// the subject's left (+x) and +z is forward: the right-hand rule.
@@ -63,6 +40,13 @@ impl JawHinge {
             axis: axis.map(|v| v / length),
         })
     }
+    /// A hinge through `point` (metres) straight to the subject's left, +x.
+    pub const fn sideways(point: [f64; 3]) -> Self {
+        Self {
+            point,
+            axis: [1.0, 0.0, 0.0],
+        }
+    }
     /// A point on the axis, metres.
     pub fn point(&self) -> [f64; 3] {
         self.point
@@ -84,28 +68,28 @@ impl JawHinge {
     }
     /// M and t of the jaw turned by `angle` (radians) about the axis and then moved by `slide`
     /// (metres): x ↦ R (x − p) + p + slide.
-    pub fn motion(&self, angle: f64, slide: [f64; 3]) -> AffineMotion {
+    pub fn motion(&self, angle: f64, slide: [f64; 3]) -> Frame {
         let matrix = self.rotation(angle);
         let turned = matrix.mul_vec(self.point);
-        AffineMotion {
-            matrix,
+        Frame {
+            matrix: matrix.0,
             translation: std::array::from_fn(|i| self.point[i] - turned[i] + slide[i]),
         }
     }
     /// d(M, t)/dφ of [`JawHinge::motion`]: per radian. The derivative by `slide` is (0, I).
-    pub fn motion_by_angle(&self, angle: f64) -> AffineMotion {
+    pub fn motion_by_angle(&self, angle: f64) -> Frame {
         let (sin, cos) = angle.sin_cos();
         let matrix = self.combine(-sin, cos, sin);
         let turned = matrix.mul_vec(self.point);
-        AffineMotion {
-            matrix,
+        Frame {
+            matrix: matrix.0,
             translation: turned.map(|v| -v),
         }
     }
     /// The angle (radians, −π to π) and the slide (metres) whose rigid motion is closest to
     /// `motion`: the angle that maximises R(φ) : M, the slide that carries the hinge point along.
-    pub fn closest(&self, motion: &AffineMotion) -> (f64, [f64; 3]) {
-        let m = &motion.matrix;
+    pub fn closest(&self, motion: &Frame) -> (f64, [f64; 3]) {
+        let m = &Mat(motion.matrix);
         // R : M = cos φ (tr M − a·Ma) + sin φ [a]ₓ:M + a·Ma.
         let cosine = self.combine(1.0, 0.0, -1.0).dot(m);
         let sine = self.combine(0.0, 1.0, 0.0).dot(m);
@@ -152,8 +136,8 @@ mod tests {
             let slope = (plus.translation[i] - minus.translation[i]) / (2.0 * step);
             assert!((derivative.translation[i] - slope).abs() < 1e-9);
             for j in 0..3 {
-                let slope = (plus.matrix[(i, j)] - minus.matrix[(i, j)]) / (2.0 * step);
-                assert!((derivative.matrix[(i, j)] - slope).abs() < 1e-9);
+                let slope = (plus.matrix[i][j] - minus.matrix[i][j]) / (2.0 * step);
+                assert!((derivative.matrix[i][j] - slope).abs() < 1e-9);
             }
         }
     }

@@ -4,11 +4,13 @@
 mod bones;
 mod embed;
 mod fibres;
+mod frame;
 mod hinge;
 mod locate;
 
 pub use bones::{Bone, Bones};
 pub use embed::EmbeddedPoint;
 pub use fibres::{FibreEntry, FibreError, FibreField, Muscle, Side};
-pub use hinge::{AffineMotion, HingeError, JawHinge};
+pub use frame::Frame;
+pub use hinge::{HingeError, JawHinge};
 pub use locate::{Located, TetLocator};

@@ -1,16 +1,6 @@
 //! Which inner points of the flesh hold on to which bone.
 
-/// What a node is attached to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[repr(u8)]
-pub enum Bone {
-    /// Nothing: the node moves freely.
-    Free = 0,
-    /// The cranium, and the cut at the sides, top and neck.
-    Cranium = 1,
-    /// The jaw.
-    Jaw = 2,
-}
+use crate::anatomy::Bone;
 
 /// What the inside of the flesh touches where it is not attached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Eyeballs, teeth and the inside of the mouth: surfaces for pictures, not simulated.
 
-use super::bones::Bone;
 use super::features::{EYEBALL, EYEBALL_RADIUS};
+use crate::anatomy::Bone;
 
 /// What a decoration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

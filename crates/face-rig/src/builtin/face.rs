@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::bones::{Bone, Inner, inner};
+use super::bones::{Inner, inner};
 use super::decoration::{Decoration, decorations};
 use super::form::{Form, Side};
-use super::grid::{Embedding, Grid};
+use super::grid::Grid;
 use super::landmarks::landmarks;
-use super::muscles::{FibreEntry, entries, names};
+use super::muscles::{entries, names};
+use crate::anatomy::{Bone, EmbeddedPoint, FibreEntry, JawHinge};
 use crate::pictures::boundary_surface;
 
 /// A face cannot be made.
@@ -50,38 +51,14 @@ pub struct BoundaryTriangle {
     pub touching: Touching,
 }
 
-/// The axis about which the jaw turns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hinge {
-    /// A point of the axis, metres.
-    pub point: [f64; 3],
-    /// Unit direction; a positive angle (right-hand rule) opens the mouth.
-    pub axis: [f64; 3],
-}
-
-impl Hinge {
-    /// Where a point of the jaw is after opening by `angle` radians.
-    pub fn turn(&self, point: [f64; 3], angle: f64) -> [f64; 3] {
-        let (sine, cosine) = angle.sin_cos();
-        let (k, h) = (self.axis, self.point);
-        let d = [point[0] - h[0], point[1] - h[1], point[2] - h[2]];
-        let along = (k[0] * d[0] + k[1] * d[1] + k[2] * d[2]) * (1.0 - cosine);
-        let cross = [
-            k[1] * d[2] - k[2] * d[1],
-            k[2] * d[0] - k[0] * d[2],
-            k[0] * d[1] - k[1] * d[0],
-        ];
-        [0, 1, 2].map(|i| h[i] + cosine * d[i] + sine * cross[i] + along * k[i])
-    }
-}
-
 /// A parametric head from ear to ear: flesh between skull and skin, with lips and lids that open.
 ///
 /// Positions are in metres, `+x` to the subject's left, `+y` up, `+z` forward. The mesh is its own
 /// mirror image: node for node, tet for tet, and muscle for muscle.
 ///
 /// ```
-/// use face_rig::builtin::{Bone, BuiltinFace};
+/// use face_rig::anatomy::Bone;
+/// use face_rig::builtin::BuiltinFace;
 ///
 /// let face = BuiltinFace::with_tets(5_000)?;
 /// assert_eq!(face.nodes.len(), face.bone.len());
@@ -102,9 +79,9 @@ pub struct BuiltinFace {
     /// The whole boundary, outward oriented, by tet.
     pub boundary: Vec<BoundaryTriangle>,
     /// The joint of the jaw.
-    pub hinge: Hinge,
+    pub hinge: JawHinge,
     /// The 68 landmarks in Multi-PIE order.
-    pub landmarks: Vec<Embedding>,
+    pub landmarks: Vec<EmbeddedPoint>,
     /// Names of the muscles: those of the left side, ending in `_L`, then the same of the right.
     pub muscles: Vec<String>,
     /// Which muscles run through which tets, and where to; sorted by tet, then by muscle.
@@ -132,13 +109,11 @@ impl BuiltinFace {
         let bone = attachments(&grid);
         let material: Vec<[f64; 3]> = with_sides.iter().map(|m| m.0).collect();
         let boundary = boundary(&nodes, &tets, &grid, &material);
-        let hinge = Hinge {
-            point: [0.0, 0.002, 0.012],
-            axis: [1.0, 0.0, 0.0],
-        };
+        let hinge = JawHinge::sideways([0.0, 0.002, 0.012]);
         let landmarks = landmarks(&form)
             .iter()
-            .map(|&([a, b], side)| grid.locate(a, b, 1.0, side))
+            .zip(0..)
+            .map(|(&([a, b], side), id)| grid.locate(id, a, b, 1.0, side))
             .collect();
         let fibres = entries(&grid, &nodes, &tets, &material);
         let muscles = names();
@@ -168,7 +143,7 @@ impl BuiltinFace {
     pub fn landmark_positions(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         self.landmarks
             .iter()
-            .map(|e| self.place(e, positions))
+            .map(|p| self.place(p, positions))
             .collect()
     }
 
@@ -187,21 +162,18 @@ impl BuiltinFace {
     }
 
     /// Where a material point is in the mesh; coordinates outside are moved to the nearest inside.
-    pub fn embed(&self, material: [f64; 3], side: Side) -> Embedding {
+    pub fn embed(&self, id: u32, material: [f64; 3], side: Side) -> EmbeddedPoint {
         self.grid
-            .locate(material[0], material[1], material[2], side)
+            .locate(id, material[0], material[1], material[2], side)
     }
 
     /// Position of an embedded point for given node positions.
     ///
     /// # Panics
     /// If `positions` has fewer entries than the mesh has nodes.
-    pub fn place(&self, embedding: &Embedding, positions: &[[f64; 3]]) -> [f64; 3] {
+    pub fn place(&self, point: &EmbeddedPoint, positions: &[[f64; 3]]) -> [f64; 3] {
         let mut p = [0.0; 3];
-        for (&n, weight) in self.tets[embedding.tet as usize]
-            .iter()
-            .zip(embedding.weights)
-        {
+        for (&n, weight) in self.tets[point.tet as usize].iter().zip(point.weights) {
             for k in 0..3 {
                 p[k] += weight * positions[n as usize][k];
             }

@@ -1,15 +1,7 @@
 //! The structured grid of material coordinates, its slits, and its tets.
 
 use super::form::{BOTTOM, EYES, Form, MOUTH, SIDE, Side, TOP};
-
-/// Where a material point lies in the mesh: `x = sum of weights[k] * node k` of the tet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Embedding {
-    /// The tet.
-    pub tet: u32,
-    /// Barycentric weights, all in `[0, 1]`, summing to 1.
-    pub weights: [f64; 4],
-}
+use crate::anatomy::EmbeddedPoint;
 
 /// Rows, columns and layers of cells; each cell is six tets.
 #[derive(Debug, Clone)]
@@ -267,9 +259,9 @@ impl Grid {
         6 * self.cell(self.across() - 1 - i, j, k) + walk
     }
 
-    /// The tet that holds a material point, with its weights; points outside are moved to the
+    /// The tet that holds a material point, with its weights, as point number `id`; points outside are moved to the
     /// nearest material coordinate.
-    pub fn locate(&self, a: f64, b: f64, w: f64, side: Side) -> Embedding {
+    pub fn locate(&self, id: u32, a: f64, b: f64, w: f64, side: Side) -> EmbeddedPoint {
         let find = |knots: &[f64], x: f64| {
             let i = knots[1..knots.len() - 1].partition_point(|&q| q <= x);
             (
@@ -301,7 +293,8 @@ impl Grid {
         if self.swapped(i, walk) {
             weights.swap(2, 3);
         }
-        Embedding {
+        EmbeddedPoint {
+            id,
             tet: (6 * self.cell(i, j, k) + walk) as u32,
             weights,
         }
@@ -335,7 +328,7 @@ mod tests {
         let material = grid.material();
         for &([a, b, w], side) in &material {
             for side in [side, Side::Upper] {
-                let e = grid.locate(a, b, w, side);
+                let e = grid.locate(0, a, b, w, side);
                 let mut sum = [0.0; 3];
                 for (n, weight) in tets[e.tet as usize].iter().zip(e.weights) {
                     assert!((0.0..=1.0).contains(&weight));

@@ -16,17 +16,12 @@ mod landmarks;
 mod muscles;
 mod paint;
 mod portrait;
-mod quality;
 mod spline;
 #[cfg(test)]
 mod tests;
 
-pub use bones::Bone;
 pub use decoration::{Decoration, Ornament};
-pub use face::{BoundaryTriangle, BuiltinError, BuiltinFace, Hinge, Touching};
+pub use face::{BoundaryTriangle, BuiltinError, BuiltinFace, Touching};
 pub use form::Side;
-pub use grid::Embedding;
-pub use muscles::FibreEntry;
 pub use paint::flesh_color;
 pub use portrait::Portrait;
-pub use quality::{TetQuality, tet_quality};

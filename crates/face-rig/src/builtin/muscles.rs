@@ -5,22 +5,7 @@ use rayon::prelude::*;
 use super::anatomy::{Extent, MUSCLES, Strips};
 use super::form::{EYES, MOUTH};
 use super::grid::Grid;
-
-/// A muscle in a tet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FibreEntry {
-    /// The tet.
-    pub tet: u32,
-    /// Index into [`super::BuiltinFace::muscles`].
-    pub muscle: u32,
-    /// Share of the tet's volume inside the muscle, in `(0, 1]`; the shares of all muscles of a tet
-    /// sum to at most 1.
-    pub weight: f64,
-    /// Unit direction of the fibres at rest; it points from the insertion to the origin, the way
-    /// the skin is pulled. (In the rings of the eye and in halves of the mouth's ring it runs along
-    /// the ring.)
-    pub fibre: [f64; 3],
-}
+use crate::anatomy::FibreEntry;
 
 /// Sample points of a tet a side; their number is 35.
 const LATTICE: usize = 4;
@@ -35,7 +20,9 @@ pub(super) fn names() -> Vec<String> {
         .collect()
 }
 
-/// Entries sorted by tet, then by muscle.
+/// Entries sorted by tet, then by muscle; the shares of one tet sum to at most 1. A direction points
+/// from the insertion to the origin, the way the skin is pulled; in the rings of eye and mouth it
+/// runs along the ring.
 pub(super) fn entries(
     grid: &Grid,
     nodes: &[[f64; 3]],
@@ -65,13 +52,13 @@ pub(super) fn entries(
                     muscle_share(muscle, &m, &lattice)
                 };
                 if share >= SMALLEST_SHARE
-                    && let Some(fibre) = to_space.direction(along)
+                    && let Some(direction) = to_space.direction(along)
                 {
                     found.push(FibreEntry {
                         tet: t as u32,
                         muscle: i as u32,
                         weight: share,
-                        fibre,
+                        direction,
                     });
                 }
             }
@@ -89,7 +76,7 @@ pub(super) fn entries(
         tet: grid.mirror_tet(e.tet as usize) as u32,
         muscle: e.muscle + MUSCLES.len() as u32,
         weight: e.weight,
-        fibre: [-e.fibre[0], e.fibre[1], e.fibre[2]],
+        direction: [-e.direction[0], e.direction[1], e.direction[2]],
     }));
     all.sort_by_key(|e| (e.tet, e.muscle));
     all

@@ -2,7 +2,8 @@
 
 use super::decoration::Decoration;
 use super::face::BuiltinFace;
-use super::{Bone, flesh_color};
+use super::flesh_color;
+use crate::anatomy::Bone;
 use crate::pictures::{Camera, Layer, Paint, Panel, ScalarBar};
 
 /// A posed face with eyes, teeth and colours.
@@ -12,9 +13,9 @@ use crate::pictures::{Camera, Layer, Paint, Panel, ScalarBar};
 /// use face_rig::pictures::{Camera, Sheet};
 ///
 /// let face = BuiltinFace::with_tets(20_000)?;
-/// let angle = 0.2;
+/// let jaw = face.hinge.motion(0.2, [0.0; 3]);
 /// let posed = face.nodes.clone(); // from a simulation
-/// let portrait = Portrait::new(&face, &posed, |p| face.hinge.turn(p, angle));
+/// let portrait = Portrait::new(&face, &posed, |p| jaw.apply(p));
 /// let camera = Camera::framing(&face.nodes, 25.0, 0.0)?;
 /// let sheet = Sheet::new("pose").row(vec![portrait.panel("open", camera)]);
 /// sheet.draw(500, 600)?.save("pose.png".as_ref())?;

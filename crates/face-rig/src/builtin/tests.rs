@@ -3,12 +3,20 @@
 use std::collections::HashMap;
 
 use super::*;
+use crate::anatomy::{Bone, EmbeddedPoint};
+use fem_assembly::mesh::{Quality, SimplexMesh};
 
 const SIZES: [usize; 3] = [5_000, 20_000, 100_000];
 
+fn mesh(face: &BuiltinFace) -> SimplexMesh<3> {
+    let tets = face.tets.as_flattened().to_vec();
+    SimplexMesh::new(face.nodes.clone(), tets).unwrap()
+}
+
 fn centre(face: &BuiltinFace, tet: u32) -> [f64; 3] {
     face.place(
-        &Embedding {
+        &EmbeddedPoint {
+            id: 0,
             tet,
             weights: [0.25; 4],
         },
@@ -42,13 +50,13 @@ fn the_mesh_is_valid_at_every_size() {
     let mut volumes = Vec::new();
     for size in SIZES {
         let face = BuiltinFace::with_tets(size).unwrap();
-        let q = tet_quality(&face.nodes, &face.tets);
-        assert!(q.min_volume > 0.0, "{size}: {q:?}");
+        let q = Quality::measure(&mesh(&face));
+        assert!(q.element_volume.min > 0.0, "{size}: {q:?}");
         assert!(
-            q.min_dihedral > 4.0 && q.min_radius_ratio > 0.02,
+            q.smallest_dihedral.min > 4.0 && q.radius_ratio.min > 0.02,
             "{size}: {q:?}"
         );
-        assert!(q.median_min_dihedral > 22.0, "{size}: {q:?}");
+        assert!(q.smallest_dihedral.median > 22.0, "{size}: {q:?}");
         volumes.push(q.volume);
         // One piece through shared faces, no unused node.
         let mut parent: Vec<usize> = (0..face.tets.len()).collect();
@@ -117,7 +125,7 @@ fn the_face_is_its_own_mirror_image() {
 fn the_lips_and_lids_are_apart() {
     for size in SIZES {
         let face = BuiltinFace::with_tets(size).unwrap();
-        let at = |x: f64, b: f64, side| face.embed([x, b, 1.0], side);
+        let at = |x: f64, b: f64, side| face.embed(0, [x, b, 1.0], side);
         for (a, b) in [
             (0.0, -33.0),
             (12.0, -33.0),
@@ -171,7 +179,7 @@ fn bones_hold_what_they_should() {
         assert_eq!(torn.count(), 0, "{size}");
         // Opening moves the chin down and back.
         let chin = face.landmark_positions(&face.nodes)[8];
-        let open = face.hinge.turn(chin, 0.1);
+        let open = face.hinge.motion(0.1, [0.0; 3]).apply(chin);
         assert!(open[1] < chin[1] - 5e-3 && open[2] < chin[2] - 5e-3 && open[0] == chin[0]);
     }
 }
@@ -245,7 +253,7 @@ fn muscles_pull_the_right_way_at_every_size() {
         let mut sums = vec![0.0; face.tets.len()];
         for e in &face.fibres {
             assert!(e.weight > 0.0 && e.weight <= 1.0);
-            let length = e.fibre.iter().map(|x| x * x).sum::<f64>();
+            let length = e.direction.iter().map(|x| x * x).sum::<f64>();
             assert!((length - 1.0).abs() < 1e-12);
             sums[e.tet as usize] += e.weight;
         }
@@ -255,10 +263,10 @@ fn muscles_pull_the_right_way_at_every_size() {
                 .windows(2)
                 .all(|w| (w[0].tet, w[0].muscle) < (w[1].tet, w[1].muscle))
         );
+        let mesh = mesh(&face);
         let mut volume = vec![0.0; face.muscles.len()];
         for e in &face.fibres {
-            let tet = &face.tets[e.tet as usize..=e.tet as usize];
-            volume[e.muscle as usize] += e.weight * tet_quality(&face.nodes, tet).volume;
+            volume[e.muscle as usize] += e.weight * mesh.volume(e.tet as usize);
         }
         volumes.push(volume);
         let pull = |name: &str| {
@@ -271,7 +279,7 @@ fn muscles_pull_the_right_way_at_every_size() {
             );
             let mut sum = [0.0; 3];
             for e in &entries {
-                (0..3).for_each(|k| sum[k] += e.weight * e.fibre[k]);
+                (0..3).for_each(|k| sum[k] += e.weight * e.direction[k]);
             }
             sum
         };

@@ -1,6 +1,7 @@
 //! Which numbers a fit may change, and how θ follows from them.
 
 use super::rotation::rotation_with_derivative;
+use crate::anatomy::JawHinge;
 use crate::rig::{Direction, Frame, Parameters};
 
 /// How the head may move.
@@ -23,12 +24,7 @@ pub enum JawModel {
     Fixed,
     /// A turn about the hinge (radians, positive opens) and a shift (metres): four numbers, those
     /// an animator uses.
-    Hinge {
-        /// A point of the hinge axis, metres.
-        point: [f64; 3],
-        /// Direction of the axis, of length 1.
-        axis: [f64; 3],
-    },
+    Hinge(JawHinge),
     /// A turn about a point (rotation vector, radians) and a shift (metres): six numbers.
     Rigid {
         /// The point, metres.
@@ -76,7 +72,7 @@ impl Parametrization {
     pub fn jaw_numbers(&self) -> usize {
         match self.jaw {
             JawModel::Fixed => 0,
-            JawModel::Hinge { .. } => 4,
+            JawModel::Hinge(_) => 4,
             JawModel::Rigid { .. } => 6,
             JawModel::Affine => 12,
         }
@@ -130,7 +126,7 @@ impl Parametrization {
     /// The jaw's angle in radians, where it has one.
     pub fn jaw_angle(&self, q: &[f64]) -> Option<f64> {
         let (_, _, jaw) = self.split(q);
-        matches!(self.jaw, JawModel::Hinge { .. }).then(|| jaw[0])
+        matches!(self.jaw, JawModel::Hinge(_)).then(|| jaw[0])
     }
 
     fn split<'q>(&self, q: &'q [f64]) -> (&'q [f64], &'q [f64], &'q [f64]) {
@@ -150,14 +146,11 @@ impl Parametrization {
     fn jaw_frame(&self, numbers: &[f64]) -> (Frame, Vec<Frame>) {
         match self.jaw {
             JawModel::Fixed => (Frame::IDENTITY, vec![]),
-            JawModel::Hinge { point, axis } => {
-                let turn = axis.map(|a| a * numbers[0]);
-                let (frame, by) = rigid(point, turn, vector(&numbers[1..]));
-                let along: [[f64; 12]; 3] = std::array::from_fn(|k| by[k].to_array());
-                let by_angle = Frame::from_array(std::array::from_fn(|i| {
-                    (0..3).map(|k| axis[k] * along[k][i]).sum()
-                }));
-                (frame, vec![by_angle, by[3], by[4], by[5]])
+            JawModel::Hinge(hinge) => {
+                let frame = hinge.motion(numbers[0], vector(&numbers[1..]));
+                let by_angle = hinge.motion_by_angle(numbers[0]);
+                let by_slide = (9..12).map(Frame::unit);
+                (frame, std::iter::once(by_angle).chain(by_slide).collect())
             }
             JawModel::Rigid { point } => rigid(point, vector(numbers), vector(&numbers[3..])),
             JawModel::Affine => affine(numbers),
@@ -200,10 +193,8 @@ mod tests {
 
     #[test]
     fn directions_agree_with_differences_of_theta() {
-        let hinge = JawModel::Hinge {
-            point: [0.0, -0.01, 0.02],
-            axis: [1.0, 0.0, 0.0],
-        };
+        let hinge = JawHinge::new([0.0, -0.01, 0.02], [0.8, 0.0, -0.6]).expect("a hinge");
+        let hinge = JawModel::Hinge(hinge);
         let rigid = JawModel::Rigid {
             point: [0.1, 0.2, 0.3],
         };

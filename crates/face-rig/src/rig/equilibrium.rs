@@ -1,9 +1,9 @@
 //! x(θ): the equilibrium shape of a pose.
 
 use super::error::RigError;
-use super::frame::Frame;
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
+use crate::anatomy::Frame;
 use fem_assembly::{Assembly, Quasistatic};
 use fem_solvers::{CholeskyFactor, LinearSolver, Newton, NewtonError, NewtonFailure, NewtonParams};
 use std::time::{Duration, Instant};

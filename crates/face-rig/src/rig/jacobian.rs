@@ -1,9 +1,9 @@
 //! dx/dθ, exact: by columns, or by adjoints where fewer numbers are seen than parameters vary.
 
 use super::equilibrium::Solved;
-use super::frame::Frame;
 use super::observation::Observation;
 use super::parameters::Direction;
+use crate::anatomy::Frame;
 use fem_assembly::Assembly;
 use fem_solvers::CholeskyFactor;
 use rayon::prelude::*;

@@ -2,14 +2,13 @@
 
 mod equilibrium;
 mod error;
-mod frame;
 mod jacobian;
 mod observation;
 mod parameters;
 
+pub use crate::anatomy::Frame;
 pub use equilibrium::{Rig, RigParams, Solved, Work};
 pub use error::RigError;
-pub use frame::Frame;
 pub use jacobian::{JacobianRoute, Sensitivity};
 pub use observation::{AllNodes, CarriedPoint, CarriedPoints, Observation};
 pub use parameters::{Direction, Parameters};

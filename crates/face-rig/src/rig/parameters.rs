@@ -1,6 +1,6 @@
 //! θ: what an animator sets and a fit finds.
 
-use super::frame::Frame;
+use crate::anatomy::Frame;
 
 /// θ = (muscle activations θ_a; cranium and jaw θ_k), document 000, 2.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::load::{Flesh, Place};
 use super::{Fibres, Landmark, PassiveMaterial, Region, Scene, SceneError, Skin};
-use crate::anatomy::{Bone, Bones, EmbeddedPoint, FibreEntry, FibreField, JawHinge, Muscle};
-use crate::builtin::{self, BuiltinFace};
+use crate::anatomy::{Bones, FibreField, Muscle};
+use crate::builtin::BuiltinFace;
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use std::path::Path;
 
@@ -29,27 +29,17 @@ pub(super) fn flesh(
     let skin_triangles = face.skin();
     let connectivity = face.tets.as_flattened().to_vec();
     let mesh = SimplexMesh::new(face.nodes, connectivity).map_err(|e| refuse(e.to_string()))?;
-    let hinge = JawHinge::new(face.hinge.point, face.hinge.axis);
-    let entries = face.fibres.iter().map(|f| FibreEntry {
-        tet: f.tet,
-        muscle: f.muscle,
-        weight: f.weight,
-        direction: f.fibre,
-    });
     let count = face.muscles.len();
-    let field = FibreField::new(entries.collect(), mesh.num_elements(), count);
-    let landmarks = face.landmarks.iter().zip(0..).map(|(l, index)| Landmark {
-        index,
-        point: EmbeddedPoint {
-            id: index,
-            tet: l.tet,
-            weights: l.weights,
-        },
-    });
+    let field = FibreField::new(face.fibres, mesh.num_elements(), count);
+    let landmarks = face
+        .landmarks
+        .iter()
+        .zip(0..)
+        .map(|(l, index)| Landmark { index, point: *l });
     Ok(Flesh {
         repairs: Repairs::default(),
-        bones: Bones::new(face.bone.iter().map(bone).collect()),
-        hinge: hinge.map_err(|e| refuse(e.to_string()))?,
+        bones: Bones::new(face.bone),
+        hinge: face.hinge,
         fibre_field: field.map_err(|e| refuse(e.to_string()))?,
         muscles: face
             .muscles
@@ -63,14 +53,6 @@ pub(super) fn flesh(
         skin: Some(Skin::of_nodes(&mesh, &skin_triangles)),
         mesh,
     })
-}
-
-fn bone(bone: &builtin::Bone) -> Bone {
-    match bone {
-        builtin::Bone::Free => Bone::Free,
-        builtin::Bone::Cranium => Bone::Cranium,
-        builtin::Bone::Jaw => Bone::Jaw,
-    }
 }
 
 #[cfg(test)]

@@ -72,7 +72,7 @@ pub use material::{FibreCurve, FibreStretch, Fibres, MaterialSpec, PassiveMateri
 pub use pose::{SettingError, parse_activations, parse_angle};
 pub use rig::RigSceneError;
 
-use crate::anatomy::{AffineMotion, Bones, EmbeddedPoint, FibreField, JawHinge, Muscle};
+use crate::anatomy::{Bones, EmbeddedPoint, FibreField, Frame, JawHinge, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -187,7 +187,7 @@ pub struct Target {
     /// Goals of the vertices of [`Scene::skin`], metres, one each.
     pub dense: Option<Vec<[f64; 3]>>,
     /// The rigid jaw motion behind it where known: to compare with, not to fit with.
-    pub jaw_truth: Option<AffineMotion>,
+    pub jaw_truth: Option<Frame>,
 }
 
 impl Scene {

@@ -33,10 +33,7 @@ impl Scene {
 
     /// The jaw as an animator moves it: a turn about the scene's hinge and a shift.
     pub fn hinged_jaw(&self) -> JawModel {
-        JawModel::Hinge {
-            point: self.hinge.point(),
-            axis: self.hinge.axis(),
-        }
+        JawModel::Hinge(self.hinge)
     }
 
     /// The landmarks at these places of [`Scene::landmarks`] as points carried by the mesh; a place

@@ -4,9 +4,8 @@ use super::format::{DenseSpec, FilesSpec, LandmarksSpec, TargetsSpec};
 use super::load::Place;
 use super::table::Table;
 use super::{Landmark, SceneError, Skin, Target, TargetKind, json};
-use crate::anatomy::{AffineMotion, EmbeddedPoint, TetLocator};
+use crate::anatomy::{EmbeddedPoint, Frame, TetLocator};
 use fem_assembly::mesh::{MeshFile, Repairs, SimplexMesh};
-use fem_kinematics::Mat;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -328,8 +327,8 @@ fn truth(path: &Path, scale: f64, targets: &mut [Target]) -> Result<(), SceneErr
     let mut entries: BTreeMap<String, TruthEntry> = json::read(path)?;
     for target in targets {
         let jaw = entries.remove(&target.name).and_then(|entry| entry.jaw);
-        target.jaw_truth = jaw.map(|jaw| AffineMotion {
-            matrix: Mat(jaw.rotation),
+        target.jaw_truth = jaw.map(|jaw| Frame {
+            matrix: jaw.rotation,
             translation: jaw.translation_m.map(|v| v * scale),
         });
     }
