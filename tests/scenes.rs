@@ -13,7 +13,7 @@ fn run(scene: impl Fn(&Path, &mut Ledger) -> Result<(), SceneError>) {
     let mut ledger = Ledger::default();
     scene(&folder, &mut ledger).expect("the scene can be run");
     println!("{}", ledger.tables(Style::Plain));
-    ledger.assert_but_open();
+    ledger.assert();
 }
 
 #[test]

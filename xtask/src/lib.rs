@@ -2,10 +2,7 @@
 //! what the tests that cross crates share with it.
 #![allow(non_snake_case)]
 
-pub mod bench;
-pub mod ledger;
-pub mod numbers;
-pub mod scenes;
-pub mod shared;
 pub mod stress;
 pub mod verify;
+
+pub use workbench::{bench, ledger, numbers, scenes, shared};

@@ -3,8 +3,8 @@
 mod common;
 
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, Definiteness, LinearSolver, Merit, Newton, NewtonFailure,
-    NewtonParams, NonlinearProblem, PreconditionerChoice, StopReason,
+    BlockPattern, BlockSymmetric, Definiteness, DefinitenessPolicy, LinearSolver, Merit, Newton,
+    NewtonFailure, NewtonParams, NonlinearProblem, PreconditionerChoice, StopReason,
 };
 use std::sync::Arc;
 
@@ -151,6 +151,38 @@ fn an_indefinite_start_takes_projected_steps_and_then_none() {
     // Quadratic at the end: the last step more than squares.
     let g: Vec<f64> = seen.iter().map(|i| i.gradient_norm).collect();
     assert!(g[g.len() - 1] < 1e-2 * g[g.len() - 2]);
+}
+
+#[test]
+fn an_indefinite_start_takes_shifted_steps_and_then_none() {
+    let problem = Rosenbrock::new(40, 3.0);
+    let mut x: Vec<f64> = (0..80)
+        .map(|i| if i % 2 == 0 { 0.1 } else { 2.0 })
+        .collect();
+    let mut seen = Vec::new();
+    let params = NewtonParams {
+        linear_solver: LinearSolver::Direct,
+        definiteness: DefinitenessPolicy::ExactThenShifted,
+        gradient_tolerance: 1e-11,
+        relative_gradient_tolerance: 0.0,
+        ..Default::default()
+    };
+    let info = Newton::new(&problem)
+        .solve_observed(&problem, &mut x, &params, &mut |i| seen.push(*i))
+        .unwrap();
+    assert_eq!(
+        info.projected_steps,
+        seen.iter().filter(|i| i.shift > 0.0).count()
+    );
+    assert!(seen[1].shift > 0.0 && seen[1].definiteness == Definiteness::Exact);
+    assert_eq!(seen.last().unwrap().shift, 0.0);
+    assert!(seen.windows(2).all(|w| w[1].energy <= w[0].energy + 1e-12));
+    assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-9), "{x:?}");
+    // Nothing is remembered from one solve to the next.
+    let again = Newton::new(&problem)
+        .solve(&problem, &mut x, &params)
+        .unwrap();
+    assert_eq!(again.iterations, 0);
 }
 
 #[test]

@@ -5,7 +5,10 @@ use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
 use crate::anatomy::Frame;
 use fem_assembly::{Assembly, Quasistatic};
-use fem_solvers::{CholeskyFactor, LinearSolver, Newton, NewtonError, NewtonFailure, NewtonParams};
+use fem_solvers::{
+    CholeskyFactor, DefinitenessPolicy, LinearSolver, Newton, NewtonError, NewtonFailure,
+    NewtonParams,
+};
 use std::time::{Duration, Instant};
 
 /// A face that can be posed: flesh with muscles, clamped to a cranium and a jaw.
@@ -46,6 +49,8 @@ impl Default for RigParams {
             // Nearly incompressible flesh held by thin layers on bone needs hundreds of conjugate
             // gradient iterations; on the head of 13,000 free nodes a factor costs less.
             linear_solver: LinearSolver::Direct,
+            // Posed flesh buckles on the way; a projection would be stiff everywhere for that.
+            definiteness: DefinitenessPolicy::ExactThenShifted,
             ..NewtonParams::default()
         };
         Self {

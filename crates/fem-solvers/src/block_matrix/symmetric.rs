@@ -75,6 +75,25 @@ impl<const D: usize> BlockSymmetric<D> {
         }
     }
 
+    /// The mean absolute diagonal entry of every row of blocks.
+    pub fn mean_diagonals(&self) -> Vec<f64> {
+        let mean =
+            |block: &[[f64; D]; D]| (0..D).map(|r| block[r][r].abs()).sum::<f64>() / D as f64;
+        (0..self.pattern.blocks())
+            .map(|i| mean(self.diagonal_block(i)))
+            .collect()
+    }
+
+    /// Adds `share · weights[i]` to every scalar diagonal entry of row `i` of blocks.
+    pub fn add_to_diagonals(&mut self, weights: &[f64], share: f64) {
+        for (i, weight) in weights.iter().enumerate() {
+            let k = self.pattern.diagonal(i);
+            for r in 0..D {
+                self.values[k][r][r] += share * weight;
+            }
+        }
+    }
+
     /// The whole matrix, both halves, row-major of size `dim × dim`.
     pub fn to_dense(&self) -> Vec<f64> {
         let n = D * self.pattern.blocks();

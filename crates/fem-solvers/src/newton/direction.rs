@@ -1,5 +1,6 @@
 //! The Newton direction: one linear solve, repaired where the Hessian is indefinite.
 
+use super::shift::Shift;
 use super::{
     Definiteness, DefinitenessPolicy, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
     PreconditionerChoice,
@@ -30,6 +31,9 @@ pub(super) struct Workspace<const D: usize> {
     pub matrix: BlockSymmetric<D>,
     /// Set once conjugate gradients proved dearer than factorising.
     pub prefer_direct: bool,
+    /// Share of the diagonal to start the next step with, under
+    /// [`DefinitenessPolicy::ExactThenShifted`]; forgotten between solves.
+    pub shift: Shift,
 }
 
 /// A descent direction and what it took.
@@ -38,6 +42,7 @@ pub(super) struct Direction {
     pub definiteness: Definiteness,
     pub linear_iterations: usize,
     pub factorizations: usize,
+    pub shift: f64,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -75,12 +80,14 @@ impl<const D: usize> Workspace<D> {
             DefinitenessPolicy::ExactFirst => &[Definiteness::Exact, Definiteness::Projected],
             DefinitenessPolicy::ExactThenAbsolute => &[Definiteness::Exact, Definiteness::Absolute],
             DefinitenessPolicy::AlwaysProjected => &[Definiteness::Projected],
+            DefinitenessPolicy::ExactThenShifted => &[],
         };
         let mut result = Direction {
             dx: Vec::new(),
             definiteness: Definiteness::Exact,
             linear_iterations: 0,
             factorizations: 0,
+            shift: 0.0,
         };
         let rhs: Vec<f64> = g.iter().map(|v| -v).collect();
         for &definiteness in stages {
@@ -88,6 +95,13 @@ impl<const D: usize> Workspace<D> {
             self.check_finite()?;
             result.definiteness = definiteness;
             if self.attempt(&rhs, forcing, params, &mut result)? {
+                return Ok(result);
+            }
+        }
+        if stages.is_empty() {
+            problem.hessian(x, Definiteness::Exact, &mut self.matrix);
+            self.check_finite()?;
+            if self.shifted(&rhs, forcing, params, &mut result)? {
                 return Ok(result);
             }
         }
@@ -119,6 +133,29 @@ impl<const D: usize> Workspace<D> {
             shift *= 10.0;
         }
         Err(last.into())
+    }
+
+    /// Adds as little of the diagonal as makes the matrix positive definite; `false` if nothing does.
+    fn shifted(
+        &mut self,
+        rhs: &[f64],
+        forcing: f64,
+        params: &NewtonParams,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        let weights = self.matrix.mean_diagonals();
+        let mut added = 0.0;
+        for _ in 0..Shift::ATTEMPTS {
+            let share = self.shift.share();
+            self.matrix.add_to_diagonals(&weights, share - added);
+            added = share;
+            if self.attempt(rhs, forcing, params, result)? {
+                result.shift = share;
+                return Ok(true);
+            }
+            self.shift.refused();
+        }
+        Ok(false)
     }
 
     fn check_finite(&self) -> Result<(), NewtonFailure> {

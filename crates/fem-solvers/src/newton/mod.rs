@@ -4,6 +4,7 @@ mod direction;
 mod line_search;
 mod params;
 mod problem;
+mod shift;
 mod solve;
 
 pub use params::{

@@ -50,6 +50,11 @@ pub enum DefinitenessPolicy {
     ExactThenAbsolute,
     /// Always the projected one.
     AlwaysProjected,
+    /// The exact one first; where it shows negative curvature, a share of its own diagonal is added to
+    /// it, about as much as it takes. The share is remembered: it shrinks after full steps and grows
+    /// after shortened ones (Levenberg 1944). Unlike a projection this leaves the stable part of the
+    /// matrix as it is and assembles nothing twice.
+    ExactThenShifted,
 }
 
 /// Backtracking.
@@ -138,6 +143,8 @@ pub struct NewtonIteration {
     pub linear_iterations: usize,
     /// The Hessian that gave the direction.
     pub definiteness: super::Definiteness,
+    /// Share of the Hessian's own diagonal that was added to it; 0 for none.
+    pub shift: f64,
 }
 
 /// A converged solve.

