@@ -109,11 +109,14 @@ pub fn run(options: &Verify) -> Result<bool, VerifyError> {
     let style = Style::of_stdout();
     println!("seed {seed:#x}");
     let mut ledger = Ledger::default();
+    let mut skipped = Vec::new();
     if let Some(folder) = folder_or_skip(options.tables.as_deref(), "reference") {
         let without = check_tables(&folder, &mut ledger)?;
         if !without.is_empty() {
             println!("no table, conformance only: {}", without.join(", "));
         }
+    } else {
+        skipped.push("tables");
     }
     check_conformance(seed, if options.quick { 8 } else { 64 }, &mut ledger);
     if let Some(folder) = folder_or_skip(options.scenes.as_deref(), "reference/scenes") {
@@ -123,6 +126,8 @@ pub fn run(options: &Verify) -> Result<bool, VerifyError> {
             Extent::All
         };
         crate::scenes::check(&folder, extent, &mut ledger);
+    } else {
+        skipped.push("scenes");
     }
     println!("\n{}", ledger.tables(style));
     println!("{}", ledger.summary(style));
@@ -136,6 +141,9 @@ pub fn run(options: &Verify) -> Result<bool, VerifyError> {
             style.red("NOT everything holds")
         }
     );
+    if !skipped.is_empty() {
+        println!("NOT compared, for want of a folder: {}", skipped.join(", "));
+    }
     if let Some(path) = &options.json {
         let report = Json {
             version: env!("CARGO_PKG_VERSION"),

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[derive(Parser, Debug)]
 #[command(
     version,
-    after_help = "EXIT CODES\n  0  done\n  1  a solve or fit did not converge (what was reached is written)\n  2  wrong command line\n  3  bad input: scene, mesh, table, target or setting\n  4  output exists already (use --force) or cannot be written\n\nEXAMPLES\n  face-rig demo\n  face-rig simulate builtin --set zygomaticus_major=0.6 --jaw 5deg --out smile\n  face-rig fit head.json --target jawOpen --target mouthSmile_L --out fits\n  face-rig check head.json"
+    after_help = "EXIT CODES\n  0  done\n  1  a solve or fit did not converge; `fit` still writes the best pose that it found\n  2  wrong command line\n  3  bad input: scene, mesh, table, target or setting\n  4  output exists already (use --force) or cannot be written\n\nEXAMPLES\n  face-rig demo\n  face-rig simulate builtin --set zygomaticus_major=0.6 --jaw 5deg --out smile\n  face-rig fit head.json --target jawOpen --target mouthSmile_L --out fits\n  face-rig check head.json"
 )]
 pub struct Args {
     #[command(subcommand)]
@@ -18,8 +18,8 @@ pub struct Args {
     #[command(flatten)]
     pub output: OutputArgs,
     /// Threads; all processors by default. Results have the same bits for any number.
-    #[arg(long, global = true, value_name = "N")]
-    pub threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 /// Where results go.
@@ -52,7 +52,7 @@ pub enum Command {
 
 #[derive(clap::Args, Debug)]
 pub struct DemoArgs {
-    /// About how many tetrahedra, 5,000 to 1,000,000.
+    /// About how many tetrahedra, 4,000 to 2,000,000.
     #[arg(long, default_value_t = 20_000)]
     pub tets: usize,
 }
@@ -125,7 +125,8 @@ pub enum Jaw {
 pub struct FitArgs {
     /// Scene file.
     pub scene: String,
-    /// Landmark table (target,landmark,ict_vertex,x,y,z; metres) instead of the scene's own.
+    /// Landmark table (target,landmark,ict_vertex,x,y,z, optionally weight; metres) instead of the
+    /// scene's own.
     #[arg(long, value_name = "FILE")]
     pub targets: Option<PathBuf>,
     /// A target to fit; repeatable. All expressions of the scene if none is named.
@@ -144,13 +145,16 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value = "hinge")]
     pub jaw: Jaw,
     /// Tikhonov weight of the activations, millimetres squared: larger prefers relaxed muscles.
-    #[arg(long, default_value_t = 0.1, value_name = "MM2")]
+    #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub relax: f64,
+    /// How much a landmark counts beside a point of the dense skin, with `--points both`.
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", value_parser = positive, allow_hyphen_values = true)]
+    pub landmark_weight: f64,
     /// Robust loss: points farther off than this many millimetres count less (Huber).
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = positive, allow_hyphen_values = true)]
     pub robust: Option<f64>,
     /// Stop when a step gains less than this root-mean-square distance, millimetres.
-    #[arg(long, default_value_t = 0.002, value_name = "MM")]
+    #[arg(long, default_value_t = 0.002, value_name = "MM", value_parser = not_negative, allow_hyphen_values = true)]
     pub stop: f64,
     /// Most Gauss-Newton steps.
     #[arg(long, default_value_t = 40)]
@@ -158,4 +162,18 @@ pub struct FitArgs {
     /// Start each target from the result of the one before, as for the frames of a sequence.
     #[arg(long)]
     pub warm_start: bool,
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |v| v >= 0.0, "a number from 0 up")
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0, "a number above 0")
+}
+
+fn number(text: &str, good: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
+    let value = text.trim().parse().ok();
+    let value = value.filter(|v: &f64| v.is_finite() && good(*v));
+    value.ok_or_else(|| format!("expected {wanted}"))
 }

@@ -9,9 +9,9 @@ pub fn run(args: &CheckArgs, output: &OutputArgs) -> Result<(), Failure> {
     let source = open(&args.scene)?;
     let report = check(&source.scene);
     if output.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say(serde_json::to_string_pretty(&report)?)?;
     } else {
-        println!("{report}");
+        say(report)?;
     }
     Ok(())
 }

@@ -170,7 +170,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         results,
     )?;
     if output.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say(serde_json::to_string_pretty(&report)?)?;
         return Ok(());
     }
     println!(
@@ -179,7 +179,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         scene.mesh.num_nodes(),
         muscles
     );
-    print!("{}", table(&fits));
+    say(table(&fits).trim_end())?;
     println!(
         "look at {}; the report is report.json",
         out.folder().join("demo.png").display()

@@ -41,10 +41,10 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let report = out.report("fit", settings, json!({ "muscles": muscles, "fits": fits }))?;
     if output.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say(serde_json::to_string_pretty(&report)?)?;
     } else {
-        print!("{}", table(&fits));
-        println!("results in {}", out.folder().display());
+        say(table(&fits).trim_end())?;
+        say(format!("results in {}", out.folder().display()))?;
     }
     let failed: Vec<&str> = fits
         .iter()

@@ -47,7 +47,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let results = json!({ "rows": points.dim(), "columns": names, "route": format!("{route:?}") });
     let report = out.report("jacobian", settings, results)?;
     if output.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say(serde_json::to_string_pretty(&report)?)?;
     } else {
         println!(
             "{} rows (landmarks x 3, metres) by {} columns ({route:?}) in {}",

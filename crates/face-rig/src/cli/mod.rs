@@ -39,7 +39,7 @@ pub fn run() -> ExitCode {
 impl Args {
     fn in_pool<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
+            .num_threads(self.threads.map_or(0, usize::from))
             .build()
         {
             Ok(pool) => pool.install(work),

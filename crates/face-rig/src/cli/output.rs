@@ -7,6 +7,7 @@ use face_rig::rig::{Parameters, Rig};
 use face_rig::scene::{Scene, Skin};
 use fem_assembly::mesh::{DataArray, MeshFile};
 use serde_json::{Value, json};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -139,6 +140,19 @@ impl Output {
         })?;
         write_atomically(&self.path(&format!("{name}.glb")), &binary)?;
         Ok(())
+    }
+}
+
+/// Writes a line to the standard output. A reader who has seen enough and closed it is no failure.
+///
+/// # Errors
+/// When it cannot be written for another reason.
+pub fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Output(format!("standard output: {e}")))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -49,7 +49,7 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     });
     let report = out.report("simulate", settings, results)?;
     if output.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        say(serde_json::to_string_pretty(&report)?)?;
     } else {
         println!(
             "{}: moved by up to {largest_mm:.2} mm in {} Newton steps, {:.2} s; smallest det F {smallest:.3}{}",
