@@ -93,8 +93,9 @@ impl Suite<'_> {
             findings: Vec::new(),
         };
         let samples = sample::samples(&mut random, self.rounds);
+        let mut directions = derivatives::Directions::default();
         for sample in &samples {
-            derivatives::check(material, sample, &mut report);
+            derivatives::check(material, sample, &mut directions, &mut report);
             definiteness::check(material, sample, self.claims, &mut report);
             packs::single(material, sample, &mut report);
             if self.claims.contains(&Claim::Objective) {
@@ -104,6 +105,7 @@ impl Suite<'_> {
                 invariance::isotropy(material, sample, &mut random, &mut report);
             }
         }
+        directions.record::<D>(&mut report);
         packs::lanes(material, &samples, &mut report);
         domain::extreme(material, &mut random, &mut report);
         if self.claims.contains(&Claim::StressFreeRest) {

@@ -19,6 +19,9 @@ pub enum Property {
     StressByDifferences,
     /// ∂P/∂F against central differences of P.
     DerivativeByDifferences,
+    /// The share of directions that the differences could not judge, because ∂P/∂F bends within
+    /// the smallest step. A kink is met rarely; noise is met everywhere.
+    DifferencesLeftOut,
     /// `filtered_derivative` is what the numeric eigenvalue filter makes of ∂P/∂F; for a material
     /// that filters its terms one by one, see [`Claim::FilteredByTerms`](super::Claim).
     FilterIsProjection,
@@ -60,6 +63,7 @@ impl Property {
             | Self::Isotropy => 1e-12,
             // The best step of the ladder leaves about ε^(4/5) = 3e-13 times the condition.
             Self::StressByDifferences | Self::DerivativeByDifferences => 1e-8,
+            Self::DifferencesLeftOut => 0.1,
             Self::LanesAgree => 32.0 * f64::EPSILON,
             Self::SingleAgrees => 64.0 * f32::EPSILON as f64,
             Self::RestIsStressFree => 1e-12,
@@ -79,6 +83,7 @@ impl Property {
             Self::DerivativeIsSymmetric => "symmetric",
             Self::StressByDifferences => "P diff",
             Self::DerivativeByDifferences => "dP diff",
+            Self::DifferencesLeftOut => "no diff",
             Self::FilterIsProjection => "filter",
             Self::FilteredIsDefinite => "definite",
             Self::Objectivity => "objective",
@@ -102,6 +107,7 @@ impl Property {
             Self::DerivativeIsSymmetric => "dP/dF symmetric",
             Self::StressByDifferences => "P by differences",
             Self::DerivativeByDifferences => "dP/dF by differences",
+            Self::DifferencesLeftOut => "share without differences",
             Self::FilterIsProjection => "filter = numeric projection",
             Self::FilteredIsDefinite => "filtered dP/dF definite",
             Self::Objectivity => "objectivity",
@@ -198,6 +204,11 @@ impl Report {
             }),
         }
     }
+}
+
+/// The larger error; NaN, once seen, stays.
+pub(crate) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
 }
 
 /// The error of a property that holds or does not.

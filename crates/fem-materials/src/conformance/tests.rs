@@ -27,6 +27,17 @@ enum Planted {
     Frame,
     /// A finite energy for inverted elements.
     Domain,
+    /// A ∂P/∂F that jitters by 10⁻⁶ from one F to the next: its second differences are a kink's.
+    Noise,
+    /// dP is NaN in the first of the directions that are tried.
+    FirstEntry,
+}
+
+/// A number in [0, 1] that has nothing in common with that of a neighbour: a tent folded 30 times.
+fn jitter<T: Real, const D: usize>(F: &Mat<T, D>) -> T {
+    let x = F.dot(&Mat::from_fn(|i, j| T::from_f64((2 + 3 * i + j) as f64)));
+    let fold = |x: T| T::one() - (T::one() - x - x).abs();
+    (0..30).fold(x.abs() * T::from_f64(0.001), |x, _| fold(x))
 }
 
 impl<const D: usize> Material<D> for Planted {
@@ -56,6 +67,11 @@ impl<const D: usize> Material<D> for Planted {
             }
             Self::Stress => dP = dP.scale(T::from_f64(1.0 + 1e-9)),
             Self::Frame => dP[(0, 0)] += T::from_f64(0.02) * dF[(0, 0)],
+            Self::Noise => dP += dP.scale(T::from_f64(1e-6) * jitter(F)),
+            Self::FirstEntry => {
+                let first = T::one().le(dF[(0, 0)]);
+                dP[(0, 0)] += T::select(first, T::from_f64(f64::NAN), T::zero());
+            }
             _ => {}
         }
         dP
@@ -111,6 +127,29 @@ fn each_planted_mistake_is_named() {
     assert!(frame.contains(&Objectivity) && frame.contains(&RestIsStressFree));
     assert!(!frame.contains(&StressIsEnergyGradient));
     assert!(failed(Planted::Domain).contains(&InfiniteOutsideDomain));
+    assert!(failed(Planted::FirstEntry).contains(&DifferentialIsStressDerivative));
+}
+
+#[test]
+fn noise_cannot_pass_for_a_kink() {
+    let report = check::<3, _>(&Planted::Noise);
+    let left_out = report.finding(Property::DifferencesLeftOut);
+    assert!(
+        left_out.is_some_and(|f| f.reached > 0.5 && !f.passed()),
+        "{report}"
+    );
+}
+
+#[test]
+fn the_worst_of_many_errors_is_nan_wherever_it_stands() {
+    for errors in [
+        [f64::NAN, 0.0, 1.0],
+        [0.0, f64::NAN, 1.0],
+        [0.0, 1.0, f64::NAN],
+    ] {
+        assert!(errors.into_iter().fold(0.0, report::worse).is_nan());
+    }
+    assert_eq!([1.0, 3.0, 2.0].into_iter().fold(0.0, report::worse), 3.0);
 }
 
 #[test]
