@@ -37,7 +37,7 @@ pub fn signed_qr<T: Real, const D: usize>(F: &Mat<T, D>) -> Qr<T, D> {
 /// Q Ω for the skew matrix Ω of the axis ω: Ω v = ω × v (3D). In 2D only ω₃ counts, and
 /// Ω = [[0, −ω₃], [ω₃, 0]].
 ///
-/// The helper `Q_mult_Omega` of document 001, section 3.4.3.
+/// The function `Q_mult_Omega` of document 001, section 3.4.3.
 #[inline(always)]
 pub fn multiply_by_skew<T: Real, const D: usize>(Q: &Mat<T, D>, omega: [T; 3]) -> Mat<T, D> {
     let [w1, w2, w3] = omega;

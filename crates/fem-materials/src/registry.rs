@@ -191,6 +191,33 @@ impl Parameters {
             count,
         })
     }
+    /// As [`Parameters::non_negative`], or `default` where it is not given.
+    ///
+    /// # Errors
+    /// If it is given and is no finite number, or negative.
+    pub fn non_negative_or(&self, name: &'static str, default: f64) -> Result<f64, ParameterError> {
+        match self.0.contains_key(name) {
+            true => self.non_negative(name),
+            false => Ok(default),
+        }
+    }
+    /// N finite numbers whose length is 1 to 1e-3; they are used as given.
+    ///
+    /// # Errors
+    /// As [`Parameters::vector`], and where the length is another.
+    pub fn direction<const N: usize>(
+        &self,
+        name: &'static str,
+    ) -> Result<[f64; N], ParameterError> {
+        let direction = self.vector(name)?;
+        let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let unit = (length - 1.0).abs() <= 1e-3;
+        if unit {
+            Ok(direction)
+        } else {
+            Err(ParameterError::NotUnit { name, length })
+        }
+    }
 }
 
 fn parse(name: &'static str, text: &str) -> Result<f64, ParameterError> {
@@ -239,6 +266,14 @@ pub enum ParameterError {
         expected: usize,
         /// How many it has.
         count: usize,
+    },
+    /// A direction that is not of length 1.
+    #[error("parameter `{name}` has length {length}; give a unit vector")]
+    NotUnit {
+        /// The parameter.
+        name: &'static str,
+        /// Its length.
+        length: f64,
     },
     /// A number outside the range where the model makes sense.
     #[error("parameter `{name}` is {value}; it must be {range}")]

@@ -114,7 +114,7 @@ fn differences<const D: usize, M: Material<D>>(
                 let moved = *F + dF.scale(step * at);
                 let factor = weight / (12.0 * step);
                 slope += factor * material.energy(&moved);
-                change = change + material.stress(&moved).scale(factor);
+                change += material.stress(&moved).scale(factor);
             }
             best_slope = best_slope.min((P[(k, l)] - slope).abs() / size.stress);
             best_change = best_change.min(norm(&(exact - change)) / size.derivative);

@@ -10,8 +10,10 @@
 //! q = k/(6a) (a − σ)³ make it C² (h″(0) = 0). Every difference quotient of these rational
 //! functions is again one, so repeated singular values are no special case.
 
+use crate::inversion::positive_threshold;
 use crate::isotropic::{ByStretches, DiagonalBlocks, PAIRS, StretchEnergy, positive_sum};
 use crate::material::{Material, Symmetry};
+use crate::registry::ParameterError;
 use fem_kinematics::{Mat, Real};
 
 /// How smooth the energy is at the threshold.
@@ -38,10 +40,8 @@ pub struct Continuation {
 /// [`Material`] inside [`ByStretches`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Continued<M> {
-    /// The material.
-    pub inner: M,
-    /// Where and how.
-    pub continuation: Continuation,
+    inner: M,
+    continuation: Continuation,
 }
 
 /// `inner` with an energy that is finite and smooth for every F; see the
@@ -58,22 +58,35 @@ pub struct Continued<M> {
 /// let how = Continuation { threshold: 0.3, stiffness: 1e5, smoothness: Smoothness::C2 };
 /// let turned = fem_kinematics::Mat::<f64, 3>::from_diagonal([1.0, 1.0, -0.5]);
 /// assert_eq!(soft.energy(&turned), f64::INFINITY);
-/// assert!(continued::<_, 3>(soft, how).energy(&turned).is_finite());
+/// assert!(continued::<_, 3>(soft, how)?.energy(&turned).is_finite());
+/// # Ok::<(), fem_materials::registry::ParameterError>(())
 /// ```
+///
+/// # Errors
+/// If the threshold is not finite and greater than 0, or the stiffness not finite and 0 or greater.
 pub fn continued<M: Material<D>, const D: usize>(
     inner: M,
     continuation: Continuation,
-) -> ByStretches<Continued<M>> {
+) -> Result<ByStretches<Continued<M>>, ParameterError> {
     const {
         assert!(
             matches!(M::SYMMETRY, Symmetry::Isotropic),
             "only an isotropic energy is a function of the singular values"
         );
     }
-    ByStretches(Continued {
+    positive_threshold(continuation.threshold)?;
+    let stiffness = continuation.stiffness;
+    if !(stiffness >= 0.0 && stiffness.is_finite()) {
+        return Err(ParameterError::OutOfRange {
+            name: "stiffness",
+            value: stiffness,
+            range: "finite and 0 or greater",
+        });
+    }
+    Ok(ByStretches(Continued {
         inner,
         continuation,
-    })
+    }))
 }
 
 /// One singular value's place in the continuation.

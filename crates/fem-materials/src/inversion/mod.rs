@@ -10,3 +10,17 @@ mod thresholded;
 
 pub use continued::{Continuation, Continued, Smoothness, continued};
 pub use thresholded::Thresholded;
+
+use crate::registry::ParameterError;
+
+/// A threshold ≤ 0 or NaN leaves 1/0 in every evaluation.
+fn positive_threshold(value: f64) -> Result<(), ParameterError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(ParameterError::OutOfRange {
+        name: "threshold",
+        value,
+        range: "finite and greater than 0",
+    })
+}

@@ -1,7 +1,9 @@
 //! The threshold on the singular values of document 000, section 5.5.
 
 use crate::filter::DefinitenessFilter;
+use crate::inversion::positive_threshold;
 use crate::material::{Evaluation, Material, Symmetry};
+use crate::registry::ParameterError;
 use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
 
 /// ψ, P and dP/dF at U max(F̂, threshold) Vᵀ instead of at F = U F̂ Vᵀ.
@@ -14,13 +16,21 @@ use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
 // 0.25.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholded<M> {
-    /// The material.
-    pub inner: M,
-    /// Smallest singular value that it gets to see, > 0; PhysBAM's `failure_threshold` is 0.25.
-    pub threshold: f64,
+    inner: M,
+    threshold: f64,
 }
 
 impl<M> Thresholded<M> {
+    /// `threshold` is the smallest singular value that `inner` gets to see; PhysBAM's
+    /// `failure_threshold` is 0.25.
+    ///
+    /// # Errors
+    /// If the threshold is not finite and greater than 0.
+    pub fn new(inner: M, threshold: f64) -> Result<Self, ParameterError> {
+        positive_threshold(threshold)?;
+        Ok(Self { inner, threshold })
+    }
+
     /// U max(F̂, threshold) Vᵀ.
     #[inline(always)]
     pub fn lifted<T: Real, const D: usize>(&self, F: &Mat<T, D>) -> Mat<T, D> {

@@ -66,7 +66,7 @@ pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, Para
     Ok(Fiber {
         law: FiberLaw { curve, stretch },
         term: FiberTerm {
-            direction: p.vector("a0")?,
+            direction: p.direction("a0")?,
             peak: p.non_negative("sigma_max")?,
             activation: p.non_negative("alpha")?,
             optimal_stretch: p.positive("lambda_ofl")?,

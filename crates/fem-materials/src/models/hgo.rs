@@ -67,7 +67,7 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
                 K: p.non_negative("K")?,
                 k1: p.non_negative("k1")?,
                 k2: p.positive("k2")?,
-                fibers: [p.vector("a1")?, p.vector("a2")?],
+                fibers: [p.direction("a1")?, p.direction("a2")?],
             })
         },
     });

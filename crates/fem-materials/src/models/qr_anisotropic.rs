@@ -64,7 +64,7 @@ fn whole_from(
         mu: p.non_negative("mu")?,
         lambda: p.number("lambda")?,
         kx: p.non_negative("kx")?,
-        ky: p.number_or("ky", 0.0)?,
+        ky: p.non_negative_or("ky", 0.0)?,
     })
 }
 

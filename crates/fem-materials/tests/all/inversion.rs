@@ -3,6 +3,7 @@
 use crate::numbers::{Numbers, dual, error, norm, tensor_error};
 use fem_kinematics::Mat;
 use fem_materials::inversion::{Continuation, Smoothness, Thresholded, continued};
+use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
 use fem_materials::{Flesh, Material, NeoHookean, Outlined};
 
 const HOW: Continuation = Continuation {
@@ -14,7 +15,8 @@ const HOW: Continuation = Continuation {
 fn smooth() -> [impl Material<3>; 2] {
     let flesh = Flesh::new(6e4, 2e4, 6e4);
     [Smoothness::C1, Smoothness::C2]
-        .map(|smoothness| Outlined(continued::<_, 3>(flesh, Continuation { smoothness, ..HOW })))
+        .map(|smoothness| continued::<_, 3>(flesh, Continuation { smoothness, ..HOW }))
+        .map(|material| Outlined(material.unwrap()))
 }
 
 fn turned(sigma: [f64; 3]) -> Mat<f64, 3> {
@@ -97,13 +99,11 @@ fn an_inverted_element_is_pushed_back() {
         let [deep, flat, open] = [-0.5, 0.0, 0.6].map(|s| material.energy(&turned([1.0, 1.0, s])));
         assert!(deep > flat && flat > open && deep.is_finite());
     }
-    let two_d = Outlined(continued::<_, 2>(
-        NeoHookean {
-            mu: 1.0,
-            lambda: 2.0,
-        },
-        HOW,
-    ));
+    let soft = NeoHookean {
+        mu: 1.0,
+        lambda: 2.0,
+    };
+    let two_d = Outlined(continued::<_, 2>(soft, HOW).unwrap());
     assert!(
         two_d
             .energy(&Mat::from_diagonal([1.0_f64, -0.3]))
@@ -114,10 +114,7 @@ fn an_inverted_element_is_pushed_back() {
 #[test]
 fn the_documents_threshold_keeps_the_stress_but_not_the_energy() {
     let flesh = Flesh::new(6e4, 2e4, 6e4);
-    let material = Outlined(Thresholded {
-        inner: flesh,
-        threshold: 0.25,
-    });
+    let material = Outlined(Thresholded::new(flesh, 0.25).unwrap());
     let inside = turned([1.2, 0.9, 0.3]);
     assert_eq!(material.stress(&inside), Outlined(flesh).stress(&inside));
     let [a, b] = [0.1, -0.7].map(|s| turned([1.2, 0.9, s]));
@@ -126,4 +123,56 @@ fn the_documents_threshold_keeps_the_stress_but_not_the_energy() {
     // not the gradient of the energy: the energy does not change, the stress is not 0
     let along = (b - a).scale(1.0 / norm(&(b - a)));
     assert!(material.stress(&a).dot(&along).abs() > 1e3);
+}
+
+#[test]
+fn a_threshold_or_a_stiffness_that_divides_by_nothing_is_refused() {
+    let flesh = Flesh::new(6e4, 2e4, 6e4);
+    for threshold in [0.0, -0.3, f64::NAN, f64::INFINITY] {
+        assert!(Thresholded::new(flesh, threshold).is_err(), "{threshold}");
+        let how = Continuation { threshold, ..HOW };
+        assert!(continued::<_, 3>(flesh, how).is_err(), "{threshold}");
+    }
+    for stiffness in [-1.0, f64::NAN, f64::INFINITY] {
+        let how = Continuation { stiffness, ..HOW };
+        assert!(continued::<_, 3>(flesh, how).is_err(), "{stiffness}");
+    }
+}
+
+/// Builds one model with its defaults but one parameter.
+struct With(&'static str, &'static str, &'static str, Vec<bool>);
+
+impl ModelVisitor for With {
+    fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
+        let Self(model, parameter, value, built) = self;
+        if entry.name == *model {
+            let own = entry.parameters.iter().map(|p| (p.name, p.default));
+            let with =
+                own.map(|(name, text)| (name, if name == *parameter { *value } else { text }));
+            built.push(entry.build(&with.collect()).is_ok());
+        }
+    }
+}
+
+#[test]
+fn directions_that_are_no_unit_vectors_and_negative_stiffnesses_are_refused() {
+    for (model, parameter, value, right) in [
+        ("fiber_tilde", "a0", "0.6 0 0.8", true),
+        ("fiber_tilde", "a0", "0.6 0 0.9", false),
+        ("muscle_dev", "a0", "0 0 0", false),
+        ("hgo", "a1", "0.8004 0.6 0", true),
+        ("hgo", "a1", "2 0 0", false),
+        ("hgo", "a2", "0 0.99 0", false),
+        ("qr_aniso", "ky", "0", true),
+        ("qr_aniso", "ky", "-1", false),
+        ("qr_damage", "ky", "-1", false),
+    ] {
+        let mut visitor = With(model, parameter, value, Vec::new());
+        for_each_model(&mut visitor);
+        let built = visitor.3;
+        assert!(
+            !built.is_empty() && built.iter().all(|&b| b == right),
+            "{model} {parameter} {value}"
+        );
+    }
 }
