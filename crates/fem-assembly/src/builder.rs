@@ -136,12 +136,14 @@ impl<const D: usize> AssemblyBuilder<D> {
     /// Adds a penalty against an obstacle (document 000, 5.7).
     ///
     /// # Errors
-    /// When one of its nodes does not exist.
+    /// When one of its nodes does not exist, a number is not finite, the stiffness or the radius is
+    /// not positive, or the normal is not of length 1 (to 1e-3).
     pub fn penalty(mut self, penalty: Penalty<D>) -> Result<Self, AssemblyError> {
         let count = self.rest.len();
         if let Some(&node) = penalty.nodes.iter().find(|&&n| n >= count) {
             return Err(AssemblyError::NoSuchNode { node, count });
         }
+        penalty.check(self.penalties.len())?;
         self.penalties.push(penalty);
         Ok(self)
     }

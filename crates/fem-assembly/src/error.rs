@@ -64,7 +64,19 @@ pub enum AssemblyError {
         /// Its index.
         index: usize,
     },
-    /// A fibre that points nowhere.
+    /// A number of a penalty that no contact can be computed with.
+    #[error("penalty {index}: {what} is {value}; it must be {needed}")]
+    UnusablePenalty {
+        /// Index in the order of the calls of `penalty`.
+        index: usize,
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it should be.
+        needed: &'static str,
+    },
+    /// A fibre whose direction is not of length 1.
     #[error("fibre {index} (element {element}) has length {length}; give a unit vector")]
     NoDirection {
         /// Index in the list of fibres.

@@ -16,13 +16,16 @@ pub struct Fiber {
     pub element: usize,
     /// The activation channel (the muscle).
     pub channel: usize,
-    /// Direction in the rest shape, of length 1; its sign means nothing.
+    /// Direction in the rest shape, of length 1 (to 1e-3; used as given); its sign means nothing.
     pub direction: [f64; 3],
     /// σ_max times the muscle's share of the element, pascals.
     pub peak: f64,
     /// λ_ofl, the stretch at which the active tension peaks.
     pub optimal_stretch: f64,
 }
+
+/// How far from 1 the length of a direction may be.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
 
 impl AssemblyBuilder<3> {
     /// Adds fibres of one tension curve. `channels` is the number of activations that an
@@ -41,7 +44,8 @@ impl AssemblyBuilder<3> {
     {
         for (index, fiber) in fibers.iter().enumerate() {
             let length = fiber.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-            if !(length > 1e-6 && length.is_finite()) {
+            let unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
+            if !unit {
                 let element = fiber.element;
                 return Err(AssemblyError::NoDirection {
                     index,
@@ -200,5 +204,44 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
             .term(V::zero())
             .stress_by_activation(&self.law, F)
             .scale(V::from_lanes(Lanes(listens)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dofs::Dofs;
+    use fem_materials::curves::PhysBam;
+
+    #[test]
+    fn a_direction_that_is_no_unit_vector_is_refused() {
+        let mesh = crate::mesh::kuhn_grid(1, 1, 1, [1.0; 3]).unwrap();
+        let built = |direction| {
+            let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &[0]).unwrap();
+            let fiber = Fiber {
+                element: 0,
+                channel: 0,
+                direction,
+                peak: 1e5,
+                optimal_stretch: 1.0,
+            };
+            AssemblyBuilder::new(&mesh, dofs)
+                .unwrap()
+                .fibers(FiberLaw::<PhysBam>::default(), 1, &[fiber])
+                .map(|_| ())
+        };
+        for bad in [
+            [0.0; 3],
+            [0.6, 0.0, 0.81],
+            [2.0, 0.0, 0.0],
+            [f64::NAN, 1.0, 0.0],
+        ] {
+            let refused = built(bad);
+            assert!(
+                matches!(refused, Err(AssemblyError::NoDirection { index: 0, .. })),
+                "{bad:?}: {refused:?}"
+            );
+        }
+        assert_eq!(built([0.6, 0.0, -0.8004]), Ok(()));
     }
 }

@@ -1,6 +1,8 @@
 //! Collisions as penalty forces (document 000, 5.7).
 
 use crate::dofs::Dofs;
+use crate::error::AssemblyError;
+use crate::fibers::UNIT_TOLERANCE;
 use fem_kinematics::Mat;
 use fem_materials::DefinitenessFilter;
 use fem_solvers::BlockSymmetric;
@@ -39,7 +41,8 @@ impl<const D: usize> Obstacle<D> {
                 let offset: [f64; D] = core::array::from_fn(|k| x[k] - center[k]);
                 let distance = offset.iter().map(|c| c * c).sum::<f64>().sqrt();
                 let depth = radius - distance;
-                if depth.is_nan() || depth <= 0.0 {
+                // NaN goes on as a contact, into the energy.
+                if depth <= 0.0 {
                     return None;
                 }
                 // At the very centre every direction leads out; the first axis is taken.
@@ -59,7 +62,7 @@ impl<const D: usize> Obstacle<D> {
             }
             Self::HalfSpace { point, normal } => {
                 let depth = -(0..D).map(|k| normal[k] * (x[k] - point[k])).sum::<f64>();
-                (depth > 0.0).then_some(Contact {
+                (depth > 0.0 || depth.is_nan()).then_some(Contact {
                     depth,
                     normal: *normal,
                     curvature: 0.0,
@@ -81,6 +84,40 @@ pub struct Penalty<const D: usize> {
 }
 
 impl<const D: usize> Penalty<D> {
+    /// Names the first number that no contact can be computed with; `index` is the penalty's.
+    pub(crate) fn check(&self, index: usize) -> Result<(), AssemblyError> {
+        let require = |holds: bool, what, value, needed| {
+            let error = AssemblyError::UnusablePenalty {
+                index,
+                what,
+                value,
+                needed,
+            };
+            if holds { Ok(()) } else { Err(error) }
+        };
+        let finite = |place: &[f64; D], what| {
+            let bad = place.iter().find(|x| !x.is_finite());
+            bad.map_or(Ok(()), |&x| require(false, what, x, "finite"))
+        };
+        let positive = |what, x: f64| {
+            let holds = x > 0.0 && x.is_finite();
+            require(holds, what, x, "finite and greater than 0")
+        };
+        positive("the stiffness", self.stiffness)?;
+        match &self.obstacle {
+            Obstacle::Sphere { center, radius } => {
+                finite(center, "a coordinate of the centre")?;
+                positive("the radius", *radius)
+            }
+            Obstacle::HalfSpace { point, normal } => {
+                finite(point, "a coordinate of the point")?;
+                let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
+                let unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
+                require(unit, "the length of the normal", length, "1")
+            }
+        }
+    }
+
     fn contacts<'a>(
         &'a self,
         positions: &'a [[f64; D]],
@@ -188,5 +225,61 @@ impl<const D: usize> Penalty<D> {
             let block = self.stiffness_block(&contact, DefinitenessFilter::None);
             (node, block.mul_vec(displacement[node]))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sphere(center: [f64; 2], radius: f64, stiffness: f64) -> Penalty<2> {
+        Penalty {
+            nodes: vec![0],
+            stiffness,
+            obstacle: Obstacle::Sphere { center, radius },
+        }
+    }
+
+    fn plane(point: [f64; 2], normal: [f64; 2]) -> Penalty<2> {
+        Penalty {
+            nodes: vec![0],
+            stiffness: 1.0,
+            obstacle: Obstacle::HalfSpace { point, normal },
+        }
+    }
+
+    #[test]
+    fn numbers_that_no_contact_can_be_computed_with_are_refused() {
+        let nan = f64::NAN;
+        for bad in [
+            sphere([0.0, nan], 1.0, 1.0),
+            sphere([0.0; 2], nan, 1.0),
+            sphere([0.0; 2], -1.0, 1.0),
+            sphere([0.0; 2], 1.0, nan),
+            sphere([0.0; 2], 1.0, -1.0),
+            plane([f64::INFINITY, 0.0], [0.0, 1.0]),
+            plane([0.0; 2], [0.0, 2.0]),
+            plane([0.0; 2], [0.0; 2]),
+            plane([0.0; 2], [nan, 1.0]),
+        ] {
+            let refused = bad.check(3);
+            assert!(
+                matches!(
+                    refused,
+                    Err(AssemblyError::UnusablePenalty { index: 3, .. })
+                ),
+                "{bad:?}: {refused:?}"
+            );
+        }
+        assert_eq!(sphere([0.0; 2], 1.0, 1.0).check(0), Ok(()));
+        assert_eq!(plane([0.0; 2], [0.6, 0.8]).check(0), Ok(()));
+    }
+
+    #[test]
+    fn a_node_that_is_not_a_number_is_no_absence_of_contact() {
+        for penalty in [sphere([0.0; 2], 1.0, 1.0), plane([0.0; 2], [0.0, 1.0])] {
+            assert!(penalty.energy(&[[0.0, f64::NAN]]).is_nan());
+            assert_eq!(penalty.energy(&[[0.0, 2.0]]), 0.0);
+        }
     }
 }

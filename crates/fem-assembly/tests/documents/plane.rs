@@ -252,10 +252,7 @@ fn an_inverted_triangle_recovers_with_the_threshold_of_the_documents() {
     let fixed = boundary(rest);
     let dofs = Dofs::with_fixed_nodes(rest, &fixed).unwrap();
     let builder = || AssemblyBuilder::new(&mesh, dofs.clone()).unwrap();
-    let material = Thresholded {
-        inner: FLESH,
-        threshold: 0.25,
-    };
+    let material = Thresholded::new(FLESH, 0.25).unwrap();
     let body = builder().material(material).unwrap().build().unwrap();
     let mut start = rest.to_vec();
     let middle = rest.iter().position(|p| *p == [0.5, 0.5]).unwrap();
