@@ -92,6 +92,25 @@ fn every_place_and_every_test_exists() {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 
+#[test]
+fn the_counts_that_the_page_states_are_those_of_its_table() {
+    let page = std::fs::read_to_string(root().join("docs/coverage.md")).expect("the page exists");
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("the page exists");
+    let rows = rows();
+    let count = |word: &str| rows.iter().filter(|row| row[3].starts_with(word)).count();
+    let (open, context) = (count("open"), count("context"));
+    let is_are = |n: usize| if n == 1 { "is" } else { "are" };
+    let sentence = format!(
+        "{} of {} rows have a test, {open} {} open, {context} {} context.",
+        rows.len() - open - context,
+        rows.len(),
+        is_are(open),
+        is_are(context)
+    );
+    assert!(page.contains(&sentence), "docs/coverage.md: {sentence}");
+    assert_eq!(readme.contains("open rows"), open > 0, "README.md");
+}
+
 /// Every Rust source below a folder of the project.
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
@@ -257,16 +276,46 @@ fn the_workspace_has_the_crates_that_were_asked_for() {
         "fem-assembly",
         "face-rig",
     ];
-    for (level, name) in order.iter().enumerate() {
+    let levels = order.iter().enumerate();
+    let mut forbidden: Vec<(&str, &[&str])> = levels.map(|(k, n)| (*n, &order[k + 1..])).collect();
+    // The material-point host stands beside the finite elements and the face.
+    forbidden.push(("aniso-mpm", &["fem-assembly", "face-rig"]));
+    for name in order {
+        forbidden.push((name, &["aniso-mpm", "workbench", "xtask"]));
+    }
+    for (name, above) in forbidden {
         let manifest = root().join("crates").join(name).join("Cargo.toml");
         let text = std::fs::read_to_string(manifest).expect("the manifest exists");
-        for above in &order[level + 1..] {
-            assert!(
-                !text.contains(&format!("{above}.workspace")),
-                "{name} depends on {above}"
-            );
+        for other in above {
+            assert!(!depends(&text, other), "{name} depends on {other}");
         }
     }
+}
+
+/// Does a manifest name `crate_name` as a dependency, in any of the ways to write it?
+fn depends(manifest: &str, crate_name: &str) -> bool {
+    manifest.lines().any(|line| {
+        let line = line.trim();
+        let renamed = line.contains(&format!("package = \"{crate_name}\""));
+        let table = line.starts_with('[') && line.ends_with(&format!("dependencies.{crate_name}]"));
+        let rest = line.strip_prefix(crate_name).map(str::trim_start);
+        renamed || table || rest.is_some_and(|rest| rest.starts_with(['.', '=']))
+    })
+}
+
+#[test]
+fn a_dependency_is_seen_however_it_is_written() {
+    for line in [
+        "face-rig.workspace = true",
+        "face-rig = { path = \"../face-rig\" }",
+        "face-rig={ workspace = true }",
+        "[dev-dependencies.face-rig]",
+        "rig = { package = \"face-rig\", path = \"../face-rig\" }",
+    ] {
+        assert!(depends(line, "face-rig"), "{line}");
+    }
+    assert!(!depends("face-rigging.workspace = true", "face-rig"));
+    assert!(!depends("name = \"face-rig\"", "face-rig"));
 }
 
 #[test]
