@@ -60,7 +60,10 @@ impl ModelVisitor for Trials {
             });
         };
         for (trial, deformations) in trials::<D>() {
-            row(trial, worst(deformations.iter().map(|F| at(&material, F))));
+            row(
+                trial,
+                worst(deformations.iter().map(|F| at(entry.name, &material, F))),
+            );
         }
         let mut with_nan = Mat::identity();
         with_nan[(0, D - 1)] = f64::NAN;
@@ -88,12 +91,33 @@ fn worst(outcomes: impl Iterator<Item = Outcome>) -> Outcome {
         .unwrap_or_else(|| Outcome::Right(String::new()))
 }
 
+/// Is F beyond what the model, with its default parameters, says that it can bear?
+fn beyond_limit<const D: usize>(name: &str, F: &Mat<f64, D>) -> bool {
+    match name {
+        // J_m = 30 bounds J^(−2/3) tr C − 3.
+        "gent" => F.determinant().powf(-2.0 / 3.0) * F.norm_squared() - 3.0 >= 30.0,
+        // exp(0.84 (|F a|² − 1)²) is beyond every f64 from |F a| = 5.4 on.
+        "hgo" => F.norm_squared() > 29.0,
+        _ => false,
+    }
+}
+
+/// An infinite energy is a clear answer where J ≤ 0 or beyond the model's limit, and nowhere else.
+fn infinite<const D: usize>(name: &str, F: &Mat<f64, D>) -> Outcome {
+    let J = F.determinant();
+    if J <= 0.0 || beyond_limit(name, F) {
+        Outcome::ClearError("energy +∞: outside the domain".to_owned())
+    } else {
+        Outcome::Fail(format!("energy +∞ with J = {J:e}"))
+    }
+}
+
 /// A finite energy must come with a finite stress and a filtered derivative without NaN or negative
-/// curvature; an infinite energy is a clear answer.
-fn at<const D: usize>(material: &impl Material<D>, F: &Mat<f64, D>) -> Outcome {
+/// curvature.
+fn at<const D: usize>(name: &str, material: &impl Material<D>, F: &Mat<f64, D>) -> Outcome {
     let energy = material.energy(F);
     if energy == f64::INFINITY {
-        return Outcome::ClearError("energy +∞: outside the domain".to_owned());
+        return infinite(name, F);
     }
     if !energy.is_finite() {
         return Outcome::Fail(format!("energy {energy}"));

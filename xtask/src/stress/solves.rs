@@ -1,6 +1,7 @@
 //! Whole solves at the edge.
 
 use super::{Outcome, Row};
+use crate::numbers::worse;
 use crate::scenes::{SceneError, apart, twist_bar};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
@@ -87,11 +88,11 @@ fn solve<M: Material<3> + 'static>(
     let size = forces
         .as_flattened()
         .iter()
-        .fold(0.0, |m, f| f64::max(m, f.abs()));
+        .fold(0.0, |m, f| worse(m, f.abs()));
     let free = (0..forces.len()).filter(|&n| assembly.dofs().row(n).is_some());
     let unbalanced = free
         .flat_map(|n| forces[n])
-        .fold(0.0, |m, f| f64::max(m, f.abs()));
+        .fold(0.0, |m, f| worse(m, f.abs()));
     let balanced = unbalanced <= 1e-6 * size.max(info.energy.abs());
     let in_domain = assembly.energy(&positions, &[]).is_finite();
     Ok(if balanced && in_domain {

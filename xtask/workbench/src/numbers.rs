@@ -74,6 +74,11 @@ pub fn entries<const D: usize>(m: &Mat<f64, D>) -> Vec<f64> {
     m.0.iter().flatten().copied().collect()
 }
 
+/// The larger of two sizes or errors; NaN, once seen, stays.
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
+}
+
 /// Euclidean norm.
 pub fn norm(x: &[f64]) -> f64 {
     x.iter().map(|v| v * v).sum::<f64>().sqrt()

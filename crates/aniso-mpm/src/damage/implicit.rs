@@ -187,7 +187,11 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
                 if self.lumped[i] > 0.0 {
                     residual[i] = self.right_hand_side[i] - self.lumped[i] * d[i] - product[i];
                     let error = (residual[i] / self.diagonal[i]).abs();
-                    worst = if error <= worst { worst } else { error };
+                    worst = if worst.is_nan() || worst >= error {
+                        worst
+                    } else {
+                        error
+                    };
                     residual[i] *= scale[i];
                 } else {
                     d[i] = 0.0;

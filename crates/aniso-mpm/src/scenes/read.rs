@@ -76,7 +76,12 @@ pub fn relative(ours: &[f64], theirs: &[f64]) -> f64 {
     for (a, b) in ours.iter().zip(theirs) {
         scale = scale.max(b.abs());
         let error = (a - b).abs();
-        worst = if error <= worst { worst } else { error };
+        // NaN, once seen, stays.
+        worst = if worst.is_nan() || worst >= error {
+            worst
+        } else {
+            error
+        };
     }
     worst / if scale > 0.0 { scale } else { 1.0 }
 }

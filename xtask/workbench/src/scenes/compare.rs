@@ -1,6 +1,7 @@
 //! Comparisons of fields, as errors relative to the largest entry or absolute.
 
 use crate::ledger::Ledger;
+use crate::numbers::worse;
 
 /// Tolerance of energies, relative; this and the others are those that the scenes' notes suggest.
 pub const ENERGY: f64 = 1e-11;
@@ -48,12 +49,12 @@ impl Record<'_> {
     }
 }
 
-/// The largest |entry|.
+/// The largest |entry|; NaN where one is NaN.
 pub fn largest(field: &[[f64; 3]]) -> f64 {
     field
         .as_flattened()
         .iter()
-        .fold(0.0, |m, x| f64::max(m, x.abs()))
+        .fold(0.0, |m, x| worse(m, x.abs()))
 }
 
 /// The largest |difference|; NaN where one is NaN or the lengths differ.
@@ -66,8 +67,19 @@ pub fn largest_difference(got: &[f64], exact: &[f64]) -> f64 {
     if got.len() != exact.len() {
         return f64::NAN;
     }
-    got.iter().zip(exact).fold(0.0, |worst: f64, (a, b)| {
-        let error = (a - b).abs();
-        if error <= worst { worst } else { error }
-    })
+    let errors = got.iter().zip(exact).map(|(a, b)| (a - b).abs());
+    errors.fold(0.0, worse)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_nan_in_the_first_entry_is_not_forgotten() {
+        assert!(largest(&[[f64::NAN, 1.0, 2.0]]).is_nan());
+        assert!(largest_difference(&[f64::NAN, 1.0, 2.0], &[0.0; 3]).is_nan());
+        assert!(largest_difference(&[1.0], &[]).is_nan());
+        assert_eq!(largest_difference(&[1.0, -3.0, 2.0], &[0.0; 3]), 3.0);
+    }
 }

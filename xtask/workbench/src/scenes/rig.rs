@@ -3,7 +3,7 @@
 use super::compare::{COLUMN, ENERGY, POSITION, Record, largest_difference};
 use super::input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
 use crate::ledger::Ledger;
-use crate::numbers::norm;
+use crate::numbers::{norm, worse};
 use crate::shared::read_json;
 use face_rig::rig::{Direction, Parameters, Rig, RigParams};
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
@@ -133,7 +133,7 @@ fn check_pose(
         record.id = format!("column {k}");
         let column = column.as_flattened();
         if let Some(exact) = pose.jacobian_columns.get(k) {
-            let largest = exact.iter().fold(0.0, |m, x| f64::max(m, x.abs()));
+            let largest = exact.iter().fold(0.0, |m, x| worse(m, x.abs()));
             let error = largest_difference(column, exact) / largest;
             record.error("columns", error, COLUMN);
         }
