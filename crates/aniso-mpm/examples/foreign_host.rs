@@ -8,17 +8,17 @@ use aniso_mpm::damage::{
     Augmentation, DamageInput, DamageModel, DamageParameters, DamageUpdate, Directors,
     cauchy_stress,
 };
-use aniso_mpm::{FibreReinforced, Law, MpmError};
+use aniso_mpm::{FibreReinforced, Law};
 use fem_kinematics::Mat;
 
-fn main() -> Result<(), MpmError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The foreign host's own state.
     let h = 0.1;
     let rest: Vec<[f64; 2]> = (0..400)
         .map(|i| [0.05 * (i % 40) as f64, 0.05 * (i / 40) as f64])
         .collect();
     let (mut damage, mut history) = (vec![0.0; 400], vec![0.0; 400]);
-    let law = FibreReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0);
+    let law = FibreReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0)?;
     let dt = 1e-3;
 
     // --------------------------------------------------------------------------------------

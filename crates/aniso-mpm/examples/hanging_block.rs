@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             |_| true,
         )?;
     }
-    let law = FibreReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0);
+    let law = FibreReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
     let bodies = vec![
         Body::elastic(law),
         Body {

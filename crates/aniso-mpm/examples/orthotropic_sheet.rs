@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             scene.poisson,
             scene.fibre,
             scene.fibre,
-        ),
+        )?,
         damage: Some(DamageModel {
             parameters: DamageParameters::new(h, scene.sigma_crit, scene.eta),
             directors: Directors::Orthotropic(director([1.0, 0.0, 0.0]), director([0.0, 1.0, 0.0])),

@@ -74,8 +74,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let parameters = DamageParameters::new(h, scene.sigma_crit, scene.eta);
+    let isotropic = FibreReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
     let body = |kx: f64, directors: Directors<2>| Body {
-        law: FibreReinforced::from_young_poisson(scene.young, scene.poisson, kx, 0.0),
+        law: FibreReinforced { kx, ..isotropic },
         damage: Some(DamageModel {
             parameters,
             directors,

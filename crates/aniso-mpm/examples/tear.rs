@@ -81,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (body, x) in particles.body.iter_mut().zip(&particles.x) {
         *body = u16::from(x.iter().any(|x| (x - 0.5).abs() > 0.4));
     }
-    let law = FibreReinforced::from_young_poisson(scene.young, scene.poisson, scene.kx, 0.0);
+    let law = FibreReinforced::from_young_poisson(scene.young, scene.poisson, scene.kx, 0.0)?;
     let body = Body {
         law,
         damage: Some(DamageModel {

@@ -26,6 +26,18 @@ pub enum MpmError {
         /// What was expected.
         need: &'static str,
     },
+    /// A number of a particle that makes no sense.
+    #[error("{field} of particle {particle} is {value}: it must be {need}")]
+    Particle {
+        /// Its index.
+        particle: usize,
+        /// The field of `Particles`.
+        field: &'static str,
+        /// The value found.
+        value: f64,
+        /// What was expected.
+        need: &'static str,
+    },
     /// Two inputs that must have the same length.
     #[error("{what} has {found} entries, there are {expected} particles")]
     Length {
@@ -72,17 +84,19 @@ pub enum MpmError {
     },
     /// Newton's method ended before its tolerance.
     #[error(
-        "{system} stopped after {iterations} Newton steps at a residual of {residual:e}, {target:e} was asked for"
+        "{system} {reason} after {iterations} Newton steps: the last one changed an unknown by {change:e}, at most {tolerance:e} was asked for"
     )]
     Newton {
         /// Which system.
         system: &'static str,
+        /// Why it ended.
+        reason: &'static str,
         /// Steps taken.
         iterations: usize,
-        /// Residual norm reached.
-        residual: f64,
-        /// Residual norm asked for.
-        target: f64,
+        /// Largest change of an unknown in the last step taken, in its unit; ∞ if none was.
+        change: f64,
+        /// Largest change at which it would have ended well.
+        tolerance: f64,
     },
 }
 

@@ -7,6 +7,7 @@
 use crate::law::Law;
 use fem_kinematics::{Mat, Real};
 use fem_materials::qr::QrTerm;
+use fem_materials::{Lame, LameError, Space, degradation};
 
 /// Fibres along e₁ (and in 3D e₂) of the fibre frame in a matrix that can tear; the fibres cannot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,26 +26,31 @@ pub struct FibreReinforced {
 
 impl FibreReinforced {
     /// From Young's modulus (Pa) and Poisson's ratio of the matrix in 3D (plane strain in 2D).
-    pub fn from_young_poisson(young: f64, poisson: f64, kx: f64, ky: f64) -> Self {
-        let mu = young / (2.0 * (1.0 + poisson));
-        let lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+    ///
+    /// # Errors
+    /// Unless E > 0 and −1 < ν < 1/2.
+    pub fn from_young_poisson(
+        young: f64,
+        poisson: f64,
+        kx: f64,
+        ky: f64,
+    ) -> Result<Self, LameError> {
+        let Lame { mu, lambda } = Lame::from_young_poisson(young, poisson, Space::Solid)?;
         // ERRATUM: the model's λ is Lamé's plus μ (section 3.1 reads as if they were the same).
-        Self {
+        Ok(Self {
             mu,
-            lambda: lame + mu,
+            lambda: lambda + mu,
             kx,
             ky,
             residual: 1e-3,
-        }
+        })
     }
 
     /// The coefficients at damage d: g(d) = (1 − r)(1 − d)² + r on the μ terms always, on the λ
     /// term for J ≥ 1, on the fibres never (section 3.6).
     #[inline(always)]
     fn term<T: Real, const D: usize>(&self, F: &Mat<T, D>, d: T) -> QrTerm<T> {
-        let left = T::one() - d;
-        let r = T::from_f64(self.residual);
-        let g = (T::one() - r) * left * left + r;
+        let g = degradation(d, T::from_f64(self.residual));
         QrTerm {
             mu: T::from_f64(self.mu),
             lambda: T::from_f64(self.lambda),

@@ -38,6 +38,13 @@ macro_rules! float {
 float!(f64);
 float!(f32);
 
+/// The larger of two errors, NaN being the largest: a NaN, once met, stays to the end of a fold
+/// (`f64::max` would drop it).
+#[inline(always)]
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
+}
+
 /// Does every entry hold a finite number?
 #[inline(always)]
 pub(crate) fn all_finite<T: Float, const N: usize>(v: &[T; N]) -> bool {

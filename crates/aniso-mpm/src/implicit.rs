@@ -11,7 +11,7 @@
 
 use crate::body::Body;
 use crate::error::MpmError;
-use crate::float::Float;
+use crate::float::{Float, worse};
 use crate::kernels::{Spline, locate};
 use crate::law::Law;
 use crate::particles::Particles;
@@ -233,7 +233,8 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         };
         let mut v: Vec<f64> = potential.target.as_flattened().to_vec();
         let mut energy = potential.energy(&v);
-        let mut change = f64::INFINITY;
+        let (mut change, mut steps) = (f64::INFINITY, 0);
+        let mut reason = "has not converged";
         for iteration in 0..options.max_iterations {
             let (g, F) = potential.gradient(&v);
             let rhs: Vec<f64> = g.iter().map(|g| -g).collect();
@@ -281,10 +282,12 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                 }
             };
             let Some((trial, trial_energy)) = next else {
+                reason = "finds no lower energy along its direction";
                 break;
             };
-            change = step.iter().fold(0.0f64, |m, s| m.max((length * s).abs()));
+            change = step.iter().fold(0.0, |m, s| worse(m, (length * s).abs()));
             (v, energy) = (trial, trial_energy);
+            steps = iteration + 1;
             if change <= options.tolerance {
                 for (node, v) in self.field.iter_mut().zip(v.chunks(D)) {
                     for a in 0..D {
@@ -296,9 +299,10 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         }
         Err(MpmError::Newton {
             system: "implicit step",
-            iterations: options.max_iterations,
-            residual: change,
-            target: options.tolerance,
+            reason,
+            iterations: steps,
+            change,
+            tolerance: options.tolerance,
         })
     }
 

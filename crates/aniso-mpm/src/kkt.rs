@@ -13,6 +13,7 @@
 //! it; with a negative κ (a positive η) it would reward violated constraints.
 
 use crate::error::{MpmError, positive};
+use crate::float::worse;
 use fem_solvers::{LinearOperator, PcgParams, Preconditioner, Structure, pcg};
 
 /// A convex energy with linear constraints.
@@ -72,7 +73,7 @@ impl RelaxedKkt {
         let mut x = x.to_vec();
         let mut iterates = vec![x.clone()];
         let (mut g, mut c) = (vec![0.0; n], vec![0.0; m]);
-        let mut size = f64::INFINITY;
+        let (mut size, mut target) = (f64::INFINITY, self.tolerance);
         for _ in 0..self.max_iterations {
             problem.gradient(&x, &mut g);
             problem.constraint(&x, &mut c);
@@ -81,15 +82,12 @@ impl RelaxedKkt {
             let mut scale = 1.0f64;
             for i in 0..n {
                 x[i] += dx[i];
-                size = if dx[i].abs() <= size {
-                    size
-                } else {
-                    dx[i].abs()
-                };
-                scale = scale.max(x[i].abs());
+                size = worse(size, dx[i].abs());
+                scale = worse(scale, x[i].abs());
             }
             iterates.push(x.clone());
-            if size <= self.tolerance * scale {
+            target = self.tolerance * scale;
+            if size <= target {
                 return Ok(KktSolution {
                     x,
                     lambda,
@@ -99,9 +97,10 @@ impl RelaxedKkt {
         }
         Err(MpmError::Newton {
             system: "relaxed KKT",
+            reason: "has not converged",
             iterations: self.max_iterations,
-            residual: size,
-            target: self.tolerance,
+            change: size,
+            tolerance: target,
         })
     }
 

@@ -1,5 +1,6 @@
 //! What the host asks of a constitutive model: energy and stress, with damage.
 
+use crate::float::worse;
 use fem_kinematics::{Mat, Real};
 use fem_materials::Material;
 
@@ -61,7 +62,7 @@ pub fn wave_speed<L: Law<D>, const D: usize>(
                         .abs()
                 })
                 .sum();
-            stiffest = if row > stiffest { row } else { stiffest };
+            stiffest = worse(stiffest, row);
         }
     }
     (stiffest / density).sqrt()

@@ -32,7 +32,7 @@ pub use blocks::{BLOCK_NODES, BlockSet, block_side};
 pub use body::{Body, Fibre};
 pub use error::MpmError;
 pub use fibre_law::FibreReinforced;
-pub use float::Float;
+pub use float::{Float, worse};
 pub use implicit::ImplicitStep;
 pub use kernels::{Cubic, Linear, Quadratic, Spline, Stencil};
 pub use law::{Elastic, Law, wave_speed};

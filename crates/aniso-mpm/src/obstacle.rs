@@ -88,11 +88,17 @@ impl<const D: usize> Obstacle<D> {
     }
 
     /// # Errors
-    /// A radius, normal, box or friction that makes no sense.
+    /// A place or velocity that is not finite (it would hold nothing, silently), or a radius,
+    /// normal, box or friction that makes no sense.
     pub(crate) fn check(&self) -> Result<(), MpmError> {
+        finite("velocity of an obstacle", self.velocity)?;
         match self.shape {
-            Shape::Sphere { radius, .. } => positive("obstacle radius", radius)?,
-            Shape::HalfSpace { normal, .. } => {
+            Shape::Sphere { center, radius } => {
+                finite("centre of an obstacle", center)?;
+                positive("obstacle radius", radius)?;
+            }
+            Shape::HalfSpace { point, normal } => {
+                finite("point of an obstacle", point)?;
                 let length = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
                 if !((length - 1.0).abs() < 1e-6) {
                     return Err(MpmError::Parameter {
@@ -103,6 +109,8 @@ impl<const D: usize> Obstacle<D> {
                 }
             }
             Shape::Box { min, max } => {
+                finite("lowest corner of an obstacle box", min)?;
+                finite("highest corner of an obstacle box", max)?;
                 for a in 0..D {
                     positive("side of an obstacle box", max[a] - min[a])?;
                 }
@@ -166,6 +174,17 @@ impl<const D: usize> Obstacle<D> {
             velocity: self.velocity,
             contact: self.contact,
         })
+    }
+}
+
+fn finite<const D: usize>(what: &'static str, values: [f64; D]) -> Result<(), MpmError> {
+    match values.into_iter().find(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(value) => Err(MpmError::Parameter {
+            what,
+            value,
+            need: "finite",
+        }),
     }
 }
 

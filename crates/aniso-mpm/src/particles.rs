@@ -1,6 +1,6 @@
 //! The state that particles carry, one array per quantity.
 
-use crate::error::{MpmError, positive};
+use crate::error::{MpmError, positive, same_length};
 use crate::float::{Float, all_finite};
 use fem_kinematics::Mat;
 
@@ -107,6 +107,68 @@ impl<T: Float, const D: usize> Particles<T, D> {
         self.history.push(T::zero());
         self.body.push(p.body);
         Ok(())
+    }
+
+    /// # Errors
+    /// An array whose length is not that of `x`, or the first number that makes no sense, with its
+    /// particle: mass and volume finite and positive, damage in [0, 1], history finite and not
+    /// negative, body below `bodies`, all else finite.
+    pub(crate) fn check(&self, bodies: usize) -> Result<(), MpmError> {
+        let n = self.len();
+        same_length("v", self.v.len(), n)?;
+        same_length("C", self.C.len(), n)?;
+        same_length("F", self.F.len(), n)?;
+        same_length("mass", self.mass.len(), n)?;
+        same_length("volume", self.volume.len(), n)?;
+        same_length("damage", self.damage.len(), n)?;
+        same_length("history", self.history.len(), n)?;
+        same_length("body", self.body.len(), n)?;
+        same_length("id", self.id.len(), n)?;
+        for p in 0..n {
+            self.check_one(p, bodies)?;
+        }
+        Ok(())
+    }
+
+    fn check_one(&self, particle: usize, bodies: usize) -> Result<(), MpmError> {
+        let require = |field, value: f64, good: bool, need| {
+            if good {
+                Ok(())
+            } else {
+                Err(MpmError::Particle {
+                    particle,
+                    field,
+                    value,
+                    need,
+                })
+            }
+        };
+        let finite = |field, values: &[T]| {
+            values.iter().try_for_each(|v| {
+                let value = v.to_f64();
+                require(field, value, value.is_finite(), "finite")
+            })
+        };
+        finite("x", &self.x[particle])?;
+        finite("v", &self.v[particle])?;
+        finite("C", self.C[particle].0.as_flattened())?;
+        finite("F", self.F[particle].0.as_flattened())?;
+        for (field, value) in [
+            ("mass", self.mass[particle]),
+            ("volume", self.volume[particle]),
+        ] {
+            let value = value.to_f64();
+            let good = value > 0.0 && value.is_finite();
+            require(field, value, good, "finite and positive")?;
+        }
+        let d = self.damage[particle].to_f64();
+        require("damage", d, (0.0..=1.0).contains(&d), "between 0 and 1")?;
+        let history = self.history[particle].to_f64();
+        let good = history >= 0.0 && history.is_finite();
+        require("history", history, good, "finite and not negative")?;
+        let body = self.body[particle];
+        let known = usize::from(body) < bodies;
+        require("body", f64::from(body), known, "below the number of bodies")
     }
 
     pub(crate) fn resize_like(&mut self, other: &Self) {

@@ -4,7 +4,7 @@ use crate::binning::Binning;
 use crate::body::{Body, Fibre};
 use crate::damage::{Augmentation, DamageUpdate};
 use crate::error::{MpmError, positive};
-use crate::float::Float;
+use crate::float::{Float, worse};
 use crate::implicit::ImplicitStep;
 use crate::law::{Law, wave_speed};
 use crate::obstacle::Obstacle;
@@ -118,7 +118,8 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
     /// A simulation at time 0.
     ///
     /// # Errors
-    /// Settings, obstacles or body numbers that make no sense.
+    /// Settings, obstacles, bodies or particles that make no sense; for a particle, which one and
+    /// which field.
     pub fn new(
         settings: Settings<D>,
         bodies: Vec<Body<L, D>>,
@@ -133,13 +134,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                 damage.directors.check()?;
             }
         }
-        if let Some(&body) = particles.body.iter().find(|&&b| b as usize >= bodies.len()) {
-            return Err(MpmError::Parameter {
-                what: "body of a particle",
-                value: f64::from(body),
-                need: "less than the number of bodies",
-            });
-        }
+        particles.check(bodies.len())?;
         let mut simulation = Self {
             settings,
             bodies,
@@ -210,7 +205,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                 let law = &self.bodies[p.body[i] as usize].law;
                 wave_speed(law, &F, p.damage[i].to_f64(), density)
             })
-            .reduce(|| 0.0, |a, b| if b > a { b } else { a })
+            .reduce(|| 0.0, worse)
     }
 
     /// The longest step that motion and elastic waves allow now, s.
@@ -221,20 +216,21 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             .v
             .iter()
             .map(|v| v.iter().map(|c| c.to_f64() * c.to_f64()).sum::<f64>())
-            .fold(0.0, f64::max)
+            .fold(0.0, worse)
             .sqrt();
         let obstacle_speed = self
             .obstacles
             .iter()
             .map(|o| o.velocity.iter().map(|v| v * v).sum::<f64>())
-            .fold(0.0, f64::max)
+            .fold(0.0, worse)
             .sqrt();
         let motion = self.settings.cfl * h / (speed + obstacle_speed);
         let waves = match self.settings.integrator {
             Integrator::Symplectic => self.settings.stiffness * h / self.wave_speed,
             Integrator::Implicit(_) => f64::INFINITY,
         };
-        self.settings.max_step.min(motion).min(waves)
+        // The smallest of the three; NaN if one is, which no number of substeps allows.
+        -worse(-self.settings.max_step, worse(-motion, -waves))
     }
 
     /// Energies now.

@@ -3,7 +3,7 @@
 use crate::blocks::BLOCK_NODES;
 use crate::damage::DamageOutput;
 use crate::error::MpmError;
-use crate::float::{Float, all_finite};
+use crate::float::{Float, all_finite, worse};
 use crate::law::Law;
 use crate::obstacle::Obstacle;
 use crate::simulation::{Integrator, Simulation};
@@ -53,7 +53,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             }
             let stable = self.stable_step();
             // Equal steps to the end of the frame instead of a sliver at the end.
-            let count = (left / stable).ceil().max(1.0);
+            let count = worse(1.0, (left / stable).ceil());
             if !(info.substeps as f64 + count <= self.settings.max_substeps as f64) {
                 return Err(MpmError::TooManySubsteps {
                     time: self.time,
@@ -116,7 +116,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         }
         self.next.resize_like(&self.particles);
         let worst = self.grid_to_particles(dt, &damage);
-        self.accept(dt, worst)
+        self.accept(dt, worst, &damage)
     }
 
     fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
@@ -224,7 +224,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
     }
 
     /// Makes the next state the current one if it is good.
-    fn accept(&mut self, dt: f64, worst: Worst) -> Result<(), MpmError> {
+    fn accept(&mut self, dt: f64, worst: Worst, damage: &DamageOutput<T>) -> Result<(), MpmError> {
         let reject = |particle, reason| MpmError::StepRejected {
             time: self.time,
             dt,
@@ -236,6 +236,16 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         }
         if let Some(particle) = worst.too_fast {
             return Err(reject(particle, "deforms too fast"));
+        }
+        let wrong = (&damage.d, &damage.history)
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .position_first(|(d, history)| {
+                !(*d >= T::zero() && *d <= T::one() && history.is_finite())
+            });
+        if let Some(particle) = wrong {
+            let reason = "gets damage outside [0, 1] or a driving force that is not finite";
+            return Err(reject(particle, reason));
         }
         std::mem::swap(&mut self.particles, &mut self.next);
         self.time += dt;

@@ -9,7 +9,7 @@ use super::implicit::{ImplicitOptions, ImplicitSystem};
 use crate::blocks::{block_of, key};
 use crate::dispatch::dispatch;
 use crate::error::{MpmError, same_length};
-use crate::float::Float;
+use crate::float::{Float, worse};
 use crate::kernels::{Cubic, locate};
 use fem_kinematics::{Kernel, Mat};
 use rayon::prelude::*;
@@ -55,6 +55,7 @@ pub struct DamageOutput<T> {
 pub struct Augmentation<const D: usize> {
     grid: DamageGrid<D>,
     update: DamageUpdate,
+    active_blocks: usize,
 }
 
 /// The damage model of each particle, `None` for one that cannot tear.
@@ -69,12 +70,18 @@ impl<const D: usize> Augmentation<D> {
         Self {
             grid: DamageGrid::new(h),
             update,
+            active_blocks: 0,
         }
     }
 
     /// The way it moves in time.
     pub fn update(&self) -> DamageUpdate {
         self.update
+    }
+
+    /// Blocks of 64 nodes that the last step's damage grid had: 0 where nothing could happen.
+    pub fn active_blocks(&self) -> usize {
+        self.active_blocks
     }
 
     /// One substep of `dt` seconds. A particle that cannot tear keeps its damage and
@@ -115,10 +122,12 @@ impl<const D: usize> Augmentation<D> {
             });
         let mut d = input.d.to_vec();
         let near = self.near_damage(input, &history, model);
+        self.active_blocks = 0;
         if !near.is_empty() {
             let (x, old): (Vec<_>, Vec<_>) = near.iter().map(|&p| (input.x[p], input.d[p])).unzip();
             // Alg. 4 lines 1-4, alg. 7.
             self.grid.particles_to_grid(&x, &old)?;
+            self.active_blocks = self.grid.node_blocks().len();
             let constants = |k: usize| model(near[k]).map(|m| m.parameters);
             let new = match self.update {
                 DamageUpdate::Explicit => {
@@ -171,7 +180,7 @@ impl<const D: usize> Augmentation<D> {
             .grid_to_particles(&solution)
             .into_iter()
             .zip(old)
-            .map(|(new, old)| new.max(old.to_f64()))
+            .map(|(new, old)| worse(new, old.to_f64()))
             .collect())
     }
 

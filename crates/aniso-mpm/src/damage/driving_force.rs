@@ -13,6 +13,12 @@ pub fn cauchy_stress<T: Real, const D: usize>(P: &Mat<T, D>, F: &Mat<T, D>) -> M
     P.mul_tr(F).symmetric_part().scale(per_volume)
 }
 
+/// max(a, b), and a where a is NaN: a stress that is not a number must not pass for none.
+#[inline(always)]
+fn larger<T: Real>(a: T, b: T) -> T {
+    T::select(a.le(b), b, a)
+}
+
 /// σ⁺ = Σ ⟨σ_a⟩ n_a n_aᵀ with ⟨x⟩ = (x + |x|)/2: the tensile part of a stress.
 #[inline(always)]
 pub fn tensile_part<T: Real, const D: usize>(sigma: &Mat<T, D>) -> Mat<T, D> {
@@ -21,7 +27,7 @@ pub fn tensile_part<T: Real, const D: usize>(sigma: &Mat<T, D>) -> Mat<T, D> {
     let mut plus = Mat::zeros();
     for a in 0..D {
         let n = eigen.vectors.column(a);
-        plus += Mat::outer(n, n).scale(eigen.values[a].max(T::zero()));
+        plus += Mat::outer(n, n).scale(larger(eigen.values[a], T::zero()));
     }
     plus
 }
@@ -55,6 +61,9 @@ pub fn driving_force<T: Real, const D: usize>(
     }
     let A = directors.structural_tensor(F);
     // ERRATUM: the minus sign of ⟨Φ − 1⟩ is missing in print.
-    let excess = (crack_stress(&A, &sigma_plus, sigma_crit) - T::one()).max(T::zero());
-    history.max(T::from_f64(parameters.zeta) * excess)
+    let excess = larger(
+        crack_stress(&A, &sigma_plus, sigma_crit) - T::one(),
+        T::zero(),
+    );
+    larger(T::from_f64(parameters.zeta) * excess, history)
 }

@@ -23,9 +23,10 @@ pub fn explicit_update(
 ) -> f64 {
     let resistance = geometric_resistance(d, laplacian, parameters.length_scale);
     let excess = (1.0 - d) * driving_force - resistance;
-    if excess > 0.0 {
-        (d + dt / parameters.eta * excess).min(1.0)
-    } else {
-        d
+    // Written so that NaN comes out as NaN.
+    if excess <= 0.0 {
+        return d;
     }
+    let new = d + dt / parameters.eta * excess;
+    if new > 1.0 { 1.0 } else { new }
 }

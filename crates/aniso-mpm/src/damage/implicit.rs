@@ -3,7 +3,7 @@
 use super::grid::{DamageGrid, add_weighted, row_product};
 use super::parameters::DamageParameters;
 use crate::error::{MpmError, same_length};
-use crate::float::Float;
+use crate::float::{Float, worse};
 use crate::kernels::{Cubic, Spline, Stencil};
 use crate::window::{Gather, Node, Scatter, for_each_row, window_start};
 use fem_solvers::{Identity, LinearOperator, PcgParams, Structure, pcg};
@@ -184,14 +184,11 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
             let mut residual = vec![0.0; n];
             worst = 0.0f64;
             for i in 0..n {
-                if self.lumped[i] > 0.0 {
+                // Not `> 0`: a weight that is NaN must not pass for a node under no particle.
+                if self.lumped[i] != 0.0 {
                     residual[i] = self.right_hand_side[i] - self.lumped[i] * d[i] - product[i];
                     let error = (residual[i] / self.diagonal[i]).abs();
-                    worst = if worst.is_nan() || worst >= error {
-                        worst
-                    } else {
-                        error
-                    };
+                    worst = worse(worst, error);
                     residual[i] *= scale[i];
                 } else {
                     d[i] = 0.0;

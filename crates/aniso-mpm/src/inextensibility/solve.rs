@@ -3,6 +3,7 @@
 use super::matrix::ConstraintMatrix;
 use super::matrix_free::FibreGrid;
 use crate::error::MpmError;
+use crate::float::worse;
 use fem_kinematics::dot;
 use fem_solvers::{LinearOperator, PcgError, PcgParams, Structure, pcg_semidefinite};
 
@@ -140,14 +141,14 @@ impl<'a, const D: usize> Projection<'a, D> {
             .map(|(v, &m)| if m > 0.0 { dot(*v, *v) / m } else { 0.0 })
             .sum::<f64>()
             .sqrt();
-        let before_max = before.iter().fold(1e-6 * size, |m, r| m.max(r.abs()));
+        let before_max = before.iter().fold(1e-6 * size, |m, r| worse(m, r.abs()));
         let mut total = vec![0.0; rows];
         let mut iterations = 0;
         let mut left = before_max;
         // L is singular and badly conditioned: a second solve for what rounding left of B v.
         for _ in 0..3 {
             let r = self.violation(&v);
-            left = r.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+            left = r.iter().fold(0.0, |m, r| worse(m, r.abs()));
             if !(left > params.relative_tolerance * before_max) {
                 break;
             }
@@ -182,10 +183,10 @@ impl<'a, const D: usize> Projection<'a, D> {
                 v[i] = core::array::from_fn(|a| start[i][a] - self.inverse_mass[i] * impulse[i][a]);
             }
         }
-        let violation = if before_max > 0.0 {
-            left / before_max
-        } else {
+        let violation = if before_max == 0.0 {
             0.0
+        } else {
+            left / before_max
         };
         if !(violation <= 1e-4) {
             return Err(MpmError::Solve {

@@ -1,5 +1,6 @@
 use super::Deviation;
 use super::read::{Report, at, list, number, numbers, relative, vectors};
+use crate::float::worse;
 use crate::kernels::{Cubic, Linear, Quadratic, Spline, Stencil, for_each_node};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -94,10 +95,7 @@ fn one<K: Spline, const D: usize>(
     }
     for deviation in report.deviations {
         let entry = worst.entry(deviation.name).or_insert(0.0f64);
-        // NaN wins.
-        if !(deviation.error <= *entry) {
-            *entry = deviation.error;
-        }
+        *entry = worse(*entry, deviation.error);
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Reading numbers out of a JSON file, with the place in the message when one is missing.
 
 use super::Deviation;
+use crate::float::worse;
 use fem_kinematics::Mat;
 use serde_json::Value;
 
@@ -74,16 +75,11 @@ pub fn relative(ours: &[f64], theirs: &[f64]) -> f64 {
     let mut scale = 0.0f64;
     let mut worst = 0.0f64;
     for (a, b) in ours.iter().zip(theirs) {
-        scale = scale.max(b.abs());
+        scale = worse(scale, b.abs());
         let error = (a - b).abs();
-        // NaN, once seen, stays.
-        worst = if worst.is_nan() || worst >= error {
-            worst
-        } else {
-            error
-        };
+        worst = worse(worst, error);
     }
-    worst / if scale > 0.0 { scale } else { 1.0 }
+    worst / if scale == 0.0 { 1.0 } else { scale }
 }
 
 /// Gathers deviations under one prefix.

@@ -54,7 +54,7 @@ fn stress_and_its_differential_are_derivatives_of_the_energy() {
 #[test]
 fn fibre_reinforced_bar_under_tension() {
     let h = 0.05;
-    let law = FibreReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0);
+    let law = FibreReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0).unwrap();
     let length = 1.0;
     let particles = lattice([0.0; 2], [length, 0.2], 0.025, |_| true);
     let speed = 0.1;
@@ -103,7 +103,7 @@ fn oscillating(integrator: Integrator, cells: f64, obstacles: Vec<Obstacle<2>>) 
     let mut settings = Settings::new(h);
     settings.gravity = [0.0; 2];
     settings.integrator = integrator;
-    let body = Body::elastic(FibreReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0));
+    let body = Body::elastic(FibreReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0).unwrap());
     Host::new(settings, vec![body], obstacles, particles).unwrap()
 }
 

@@ -25,7 +25,7 @@ fn crack_angle(fibre: f64, cells: f64) -> f64 {
         // The walls hold a rim that cannot tear.
         particles.body[p] = u16::from(x.iter().any(|x| (x - 0.5).abs() > 0.4));
     }
-    let law = FibreReinforced::from_young_poisson(1e5, 0.3, 2e5, 0.0);
+    let law = FibreReinforced::from_young_poisson(1e5, 0.3, 2e5, 0.0).unwrap();
     let tearing = Body {
         law,
         damage: Some(DamageModel {

@@ -201,7 +201,7 @@ fn host_constrains_the_transported_fibre() {
         particles.F[p] = Mat([[cos, -sin], [sin, cos]]) * Mat([[1.2, 0.1 * x[0]], [0.0, 0.9]]);
         particles.v[p] = [0.5 * x[0] + 0.2 * x[1], -0.8 * x[1] + 0.3];
     }
-    let law = FibreReinforced::from_young_poisson(1e3, 0.3, 0.0, 0.0);
+    let law = FibreReinforced::from_young_poisson(1e3, 0.3, 0.0, 0.0).unwrap();
     // Largest average of a·∇v a over a cell, in one step of the host.
     let stretch_rate = |fibre: Fibre| {
         let body = Body {
@@ -262,7 +262,7 @@ fn fibres_turn_with_the_body() {
     settings.gravity = [0.0; 2];
     let body = Body {
         fibre: Fibre::Inextensible,
-        ..Body::elastic(FibreReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0))
+        ..Body::elastic(FibreReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0).unwrap())
     };
     let mut s = Host::<2>::new(settings, vec![body], vec![], particles).unwrap();
     let dt = 2e-3;
@@ -300,7 +300,7 @@ fn a_hanging_column_does_not_stretch() {
         );
         let body = Body {
             fibre,
-            ..Body::elastic(FibreReinforced::from_young_poisson(5e4, 0.3, 0.0, 0.0))
+            ..Body::elastic(FibreReinforced::from_young_poisson(5e4, 0.3, 0.0, 0.0).unwrap())
         };
         let mut s = Host::<2>::new(Settings::new(H), vec![body], vec![clamp], particles).unwrap();
         s.advance(0.15).unwrap();

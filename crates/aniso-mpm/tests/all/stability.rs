@@ -1,17 +1,22 @@
 //! No NaN, no panic: a clear error or a right answer for states that break a careless program.
 use crate::{Host, lattice};
-use aniso_mpm::damage::{DamageModel, DamageParameters, Directors};
+use aniso_mpm::damage::{
+    DamageGrid, DamageModel, DamageParameters, Directors, ImplicitOptions, ImplicitSystem,
+    driving_force, explicit_update, tensile_part,
+};
+use aniso_mpm::inextensibility::{FibreGrid, Projection};
 use aniso_mpm::{
-    Apic, Body, Contact, Cubic, Fibre, FibreReinforced, MpmError, Obstacle, Particle, Particles,
-    Settings, Simulation,
+    Apic, Body, Contact, Cubic, Fibre, FibreReinforced, ImplicitStep, Integrator, MpmError,
+    Obstacle, Particle, Particles, Settings, Shape, Simulation, worse,
 };
 use fem_kinematics::Mat;
+use fem_solvers::PcgParams;
 
 const H: f64 = 0.1;
 
 fn tearing_body<const D: usize>(fibre: Fibre) -> Body<FibreReinforced, D> {
     Body {
-        law: FibreReinforced::from_young_poisson(1e4, 0.3, 2e4, 1e4),
+        law: FibreReinforced::from_young_poisson(1e4, 0.3, 2e4, 1e4).unwrap(),
         damage: Some(DamageModel {
             parameters: DamageParameters::new(H, 500.0, 1e-2),
             directors: Directors::fibre(-1.0),
@@ -38,11 +43,10 @@ fn simulation<const D: usize>(particles: Particles<f64, D>, fibre: Fibre) -> Hos
 
 fn is_finite<const D: usize>(s: &Host<D>) -> bool {
     let p = s.particles();
-    p.x.iter().flatten().all(|x| x.is_finite())
-        && p.F
-            .iter()
-            .flat_map(|F| F.0.as_flattened())
-            .all(|x| x.is_finite())
+    let matrices = p.F.iter().chain(&p.C).flat_map(|m| m.0.as_flattened());
+    let vectors = p.x.iter().chain(&p.v).flatten();
+    vectors.chain(matrices).all(|x| x.is_finite())
+        && p.history.iter().all(|h| h.is_finite())
         && p.damage.iter().all(|d| (0.0..=1.0).contains(d))
 }
 
@@ -185,4 +189,189 @@ fn nonsense_in_the_input_is_an_error() {
     let made = Host::<2>::new(Settings::new(H), vec![body], vec![], Particles::new());
     assert!(made.is_err());
     assert!(Host::<2>::new(Settings::new(-1.0), vec![], vec![], Particles::new()).is_err());
+}
+
+#[test]
+fn every_field_of_the_particles_is_checked() {
+    let made = |spoil: &dyn Fn(&mut Particles<f64, 2>)| {
+        let mut particles = block(Mat::identity());
+        spoil(&mut particles);
+        let body = tearing_body(Fibre::Extensible);
+        Host::<2>::new(Settings::new(H), vec![body], vec![], particles).map(|_| ())
+    };
+    assert_eq!(made(&|_| {}), Ok(()));
+    type Spoil = fn(&mut Particles<f64, 2>);
+    let spoils: [(&str, Spoil); 14] = [
+        ("x", |p| p.x[3][1] = f64::NAN),
+        ("v", |p| p.v[3][0] = f64::INFINITY),
+        ("C", |p| p.C[3].0[1][0] = f64::NAN),
+        ("F", |p| p.F[3].0[0][1] = f64::NAN),
+        ("mass", |p| p.mass[3] = 0.0),
+        ("mass", |p| p.mass[3] = f64::NAN),
+        ("mass", |p| p.mass[3] = f64::INFINITY),
+        ("volume", |p| p.volume[3] = -1.0),
+        ("damage", |p| p.damage[3] = 1.1),
+        ("damage", |p| p.damage[3] = -0.1),
+        ("damage", |p| p.damage[3] = f64::NAN),
+        ("history", |p| p.history[3] = f64::NAN),
+        ("history", |p| p.history[3] = -1.0),
+        ("body", |p| p.body[3] = 1),
+    ];
+    for (name, spoil) in spoils {
+        match made(&spoil) {
+            Err(MpmError::Particle {
+                particle: 3, field, ..
+            }) => assert_eq!(field, name),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    let cuts: [(&str, Spoil); 9] = [
+        ("v", |p| p.v.truncate(2)),
+        ("C", |p| p.C.truncate(2)),
+        ("F", |p| p.F.truncate(2)),
+        ("mass", |p| p.mass.truncate(2)),
+        ("volume", |p| p.volume.truncate(2)),
+        ("damage", |p| p.damage.truncate(2)),
+        ("history", |p| p.history.truncate(2)),
+        ("body", |p| p.body.truncate(2)),
+        ("id", |p| p.id.truncate(2)),
+    ];
+    for (name, cut) in cuts {
+        match made(&cut) {
+            Err(MpmError::Length { what, found: 2, .. }) => assert_eq!(what, name),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn obstacles_that_are_nowhere_are_an_error() {
+    let made = |shape: Shape<2>, velocity: [f64; 2]| {
+        let obstacle = Obstacle {
+            shape,
+            contact: Contact::Sticky,
+            velocity,
+        };
+        Host::<2>::new(Settings::new(H), vec![], vec![obstacle], Particles::new()).is_ok()
+    };
+    let sphere = |center| Shape::Sphere {
+        center,
+        radius: 1.0,
+    };
+    let half_space = |point| Shape::HalfSpace {
+        point,
+        normal: [0.0, 1.0],
+    };
+    let cuboid = |min, max| Shape::Box { min, max };
+    assert!(made(sphere([0.0; 2]), [0.0; 2]));
+    assert!(made(half_space([0.0; 2]), [0.0; 2]));
+    assert!(made(cuboid([0.0; 2], [1.0; 2]), [0.0; 2]));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(!made(sphere([0.0; 2]), [0.0, bad]));
+        assert!(!made(sphere([bad, 0.0]), [0.0; 2]));
+        assert!(!made(half_space([bad, 0.0]), [0.0; 2]));
+        assert!(!made(cuboid([bad, 0.0], [1.0; 2]), [0.0; 2]));
+        assert!(!made(cuboid([0.0; 2], [1.0, bad]), [0.0; 2]));
+    }
+}
+
+#[test]
+fn elastic_constants_of_no_stable_material_are_an_error() {
+    for (young, poisson) in [
+        (1e4, 0.5),
+        (1e4, 0.7),
+        (1e4, -1.0),
+        (-1.0, 0.3),
+        (f64::NAN, 0.3),
+    ] {
+        let made = FibreReinforced::from_young_poisson(young, poisson, 0.0, 0.0);
+        assert!(made.is_err(), "{young} {poisson}: {made:?}");
+    }
+}
+
+/// A driving force that overflows: the step is refused and the last good state stays.
+#[test]
+fn damage_that_is_not_finite_is_rejected_and_the_state_kept() {
+    let mut stretched = Mat::<f64, 2>::identity();
+    stretched.0[0][0] = 1.2;
+    stretched.0[1][1] = 1.2;
+    let mut body = tearing_body(Fibre::Extensible);
+    if let Some(damage) = &mut body.damage {
+        damage.parameters.sigma_crit = 1e-200;
+    }
+    let mut s = Host::<2>::new(Settings::new(H), vec![body], vec![], block(stretched)).unwrap();
+    let before = s.particles().clone();
+    for _ in 0..2 {
+        match s.advance(1e-3) {
+            Err(MpmError::StepRejected { particle: 0, .. }) => {}
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(&before, s.particles());
+        assert_eq!(s.time(), 0.0);
+    }
+}
+
+#[test]
+fn nan_stays_where_the_worst_is_looked_for() {
+    let worst = |values: &[f64]| -> f64 { values.iter().copied().fold(0.0, worse) };
+    assert!(worst(&[f64::NAN, 1.0, 2.0]).is_nan());
+    assert!(worst(&[1.0, f64::NAN, 2.0]).is_nan());
+    assert!(worst(&[1.0, 2.0, f64::NAN]).is_nan());
+    assert_eq!(worst(&[1.0, 3.0, 2.0]), 3.0);
+    assert_eq!(worst(&[1.0, f64::INFINITY, 2.0]), f64::INFINITY);
+
+    // A stress that is NaN drives a crack by NaN, not by nothing.
+    let parameters = DamageParameters::new(H, 1.0, 0.05);
+    let sigma = Mat::<f64, 2>::identity().scale(f64::NAN);
+    assert!(tensile_part(&sigma).trace().is_nan());
+    let directors = Directors::fibre(-1.0);
+    assert!(driving_force(&parameters, &directors, &Mat::identity(), &sigma, 0.0).is_nan());
+    assert!(explicit_update(&parameters, 0.3, f64::NAN, 0.0, 1e-3).is_nan());
+    assert!(explicit_update(&parameters, 0.3, 1.0, f64::NAN, 1e-3).is_nan());
+
+    // The first particle alone is NaN, and all other rows are solved from the start.
+    let x: Vec<[f64; 2]> = (0..100)
+        .map(|i| [0.1 * f64::from(i % 10), 0.1 * f64::from(i / 10)])
+        .collect();
+    let mut d = vec![0.0; 100];
+    d[0] = f64::NAN;
+    let (volume, force) = (vec![0.01; 100], vec![0.0; 100]);
+    let mut grid = DamageGrid::<2>::new(H);
+    grid.particles_to_grid(&x, &d).unwrap();
+    let constants = |_| parameters;
+    let options = ImplicitOptions::default();
+    let system = ImplicitSystem::new(&grid, &volume, &force, &d, 1e-3, &constants, &options);
+    assert!(system.unwrap().solve(1e-10).is_err());
+
+    // A velocity that is NaN at the first node of the fibres.
+    let fibres = FibreGrid::new(H, &x, &volume, &vec![[1.0, 0.0]; 100]).unwrap();
+    let inverse_mass = vec![1.0; fibres.len()];
+    let projection = Projection::new(&fibres, &inverse_mass, &[]).unwrap();
+    let mut v = vec![[0.0; 2]; fibres.len()];
+    assert!(projection.project(v.clone(), &PcgParams::default()).is_ok());
+    v[projection.matrix().nodes()[0] as usize] = [f64::NAN; 2];
+    assert!(projection.project(v, &PcgParams::default()).is_err());
+}
+
+/// Every Newton failure says what it measured: the change of the last step and how many were taken.
+#[test]
+fn newton_names_what_it_ended_with() {
+    let mut settings = Settings::new(H);
+    settings.integrator = Integrator::Implicit(ImplicitStep {
+        tolerance: 0.0,
+        max_iterations: 2,
+    });
+    let mut stretched = Mat::<f64, 2>::identity();
+    stretched.0[0][0] = 1.2;
+    let body = tearing_body(Fibre::Extensible);
+    let mut s = Host::<2>::new(settings, vec![body], vec![], block(stretched)).unwrap();
+    match s.step(1e-3) {
+        Err(MpmError::Newton {
+            iterations: 2,
+            change,
+            tolerance: 0.0,
+            ..
+        }) => assert!(change > 0.0 && change < 1.0, "{change}"),
+        other => panic!("{other:?}"),
+    }
 }
