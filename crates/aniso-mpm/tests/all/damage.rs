@@ -1,10 +1,10 @@
 //! Damage in time: explicit against implicit, irreversibility, and a grid only where it is needed.
 use aniso_mpm::damage::{
     Augmentation, DamageInput, DamageModel, DamageParameters, DamageUpdate, Director, Directors,
-    Gradient, ImplicitOptions, RightHandSide, stress_at_stretch, tensile_part,
+    Gradient, ImplicitOptions, RightHandSide, cauchy_stress, stress_at_stretch, tensile_part,
 };
-use fem_kinematics::Mat;
-use fem_materials::NeoHookean;
+use fem_kinematics::{Mat, cauchy_from_piola};
+use fem_materials::{Material, NeoHookean};
 
 const H: f64 = 0.1;
 
@@ -107,11 +107,24 @@ fn nothing_happens_where_nothing_can() {
         DamageUpdate::Explicit,
         DamageUpdate::Implicit(ImplicitOptions::default()),
     ] {
-        let out = Augmentation::new(H, update)
-            .step(&input, &|_| Some(damage), 0.1)
-            .unwrap();
-        assert_eq!(out.d, zero);
-        assert_eq!(out.history, zero);
+        let mut augmentation = Augmentation::new(H, update);
+        let mut blocks = |d: &[f64], history: &[f64]| {
+            let input = DamageInput {
+                d,
+                history,
+                ..input
+            };
+            let out = augmentation.step(&input, &|_| Some(damage), 0.1).unwrap();
+            (augmentation.active_blocks(), out)
+        };
+        // A grid where something can happen, and none left over from it afterwards.
+        let mut one = zero.clone();
+        one[7] = 0.5;
+        assert!(blocks(&one, &zero).0 > 0);
+        assert!(blocks(&zero, &one).0 > 0);
+        let (count, out) = blocks(&zero, &zero);
+        assert_eq!(count, 0);
+        assert_eq!((out.d, out.history), (zero.clone(), zero.clone()));
     }
 }
 
@@ -154,4 +167,32 @@ fn tensile_part_and_starting_value_of_the_critical_stress() {
     let s: f64 = 1.3;
     let expected = (2.0 * (s * s - 1.0) + 3.0 * s.ln()) / s;
     assert!((stress_at_stretch(&law, [0.0, 1.0], s) - expected).abs() < 1e-14);
+}
+
+#[test]
+fn cauchy_stress_is_that_of_the_definition_and_nothing_at_no_volume() {
+    let law = NeoHookean {
+        mu: 2.0,
+        lambda: 3.0,
+    };
+    let F: Mat<f64, 3> = Mat([[1.2, 0.3, 0.1], [-0.2, 0.9, 0.4], [0.0, 0.1, 1.3]]);
+    let P = law.stress(&F);
+    let expected = cauchy_from_piola(&F, &P);
+    assert!(expected.norm_squared() > 0.1);
+    assert!((cauchy_stress(&P, &F) - expected).norm_squared().sqrt() < 1e-14);
+    // By hand, inverted: σ = P Fᵀ/J with J = −2.
+    let F = Mat([[2.0, 0.0], [0.0, -1.0]]);
+    let P = Mat([[3.0, 1.0], [-2.0, 5.0]]);
+    assert_eq!(cauchy_stress(&P, &F), Mat([[-3.0, 1.25], [1.25, 2.5]]));
+    let flat = Mat([[1.0, 2.0], [2.0, 4.0]]);
+    assert_eq!(cauchy_stress(&P, &flat), Mat::zeros());
+    assert!(cauchy_stress(&P, &flat.scale(f64::NAN)).0[0][0].is_nan());
+}
+
+#[test]
+fn defaults_of_the_document() {
+    let parameters = DamageParameters::new(0.3, 7.0, 0.2);
+    assert_eq!(parameters.length_scale, 0.15);
+    assert_eq!(parameters.zeta, 1.0);
+    assert_eq!((parameters.sigma_crit, parameters.eta), (7.0, 0.2));
 }

@@ -50,14 +50,30 @@ fn stress_and_its_differential_are_derivatives_of_the_energy() {
     );
 }
 
-/// A bar with fibres along its axis, pulled slowly: its tension against P₁₁ of uniaxial stress.
+/// Σ m v₁ of the particles right of `x` (m).
+fn momentum_beyond(x: f64, s: &Host<2>) -> f64 {
+    let p = s.particles();
+    let right = (0..p.len()).filter(|&i| p.x[i][0] > x);
+    right.map(|i| p.mass[i] * p.v[i][0]).sum()
+}
+
+/// A bar with fibres along its axis, pulled slowly: the force of a grip (what its half of the bar
+/// gains over a step without grips) against uniaxial stress at the stretch of the middle.
 #[test]
 fn fibre_reinforced_bar_under_tension() {
     let h = 0.05;
     let law = FibreReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0).unwrap();
     let length = 1.0;
-    let particles = lattice([0.0; 2], [length, 0.2], 0.025, |_| true);
+    let mut particles = lattice::<f64, 2>([0.0; 2], [length, 0.2], 0.025, |_| true);
     let speed = 0.1;
+    // As the pulled bar moves: no wave has to bring the grips' start to the middle.
+    for p in 0..particles.len() {
+        let from_middle = (particles.x[p][0] - 0.5) / 0.45;
+        particles.v[p][0] = speed * from_middle.clamp(-1.0, 1.0);
+        if from_middle.abs() < 1.0 {
+            particles.C[p].0[0][0] = speed / 0.45;
+        }
+    }
     let grip = |min: f64, max: f64, velocity: f64| Obstacle {
         shape: Shape::Box {
             min: [min, -1.0],
@@ -71,27 +87,36 @@ fn fibre_reinforced_bar_under_tension() {
     let mut s = Host::<2>::new(
         settings,
         vec![Body::elastic(law)],
-        vec![grip(-0.5, 0.12, -speed), grip(length - 0.12, 1.5, speed)],
+        // They hold the same rows of nodes all the time: a row let go would jolt the bar.
+        vec![grip(-0.5, 0.095, -speed), grip(length - 0.095, 1.5, speed)],
         particles,
     )
     .unwrap();
-    s.advance(0.35).unwrap();
-    // The middle of the bar: uniform uniaxial stress.
-    let p = s.particles();
-    let middle: Vec<usize> = (0..p.len())
-        .filter(|&i| (p.x[i][0] - 0.5).abs() < 0.15 && (p.x[i][1] - 0.1).abs() < 0.06)
-        .collect();
-    let mean =
-        |f: &dyn Fn(usize) -> f64| middle.iter().map(|&i| f(i)).sum::<f64>() / middle.len() as f64;
-    let stretch = mean(&|i| p.F[i].0[0][0]);
-    let tension = mean(&|i| law.stress(&p.F[i], 0.0).0[0][0]);
-    // Closed form: the lateral stretch b with P₂₂ = μ b − μ a + λ (a b − 1) a = 0.
-    let a = stretch;
-    let b = (law.mu * a + law.lambda * a) / (law.mu + law.lambda * a * a);
-    let expected = law.mu * a + (law.lambda * (a * b - 1.0) - law.mu) * b + law.kx * (a - 1.0);
-    println!("stretch {a:.4}: tension {tension:.1} Pa, closed form {expected:.1} Pa");
+    s.advance(0.3).unwrap();
+    let dt = s.stable_step();
+    let (mut stretch, mut tension, mut expected) = (0.0, 0.0, 0.0);
+    let count = (0.1 / dt).round() as usize;
+    for _ in 0..count {
+        let (bodies, free) = (s.bodies().to_vec(), s.particles().clone());
+        let mut free = Host::<2>::new(settings, bodies, vec![], free).unwrap();
+        free.step(dt).unwrap();
+        s.step(dt).unwrap();
+        // Over the 0.2 m that the bar is wide at rest.
+        tension += (momentum_beyond(0.5, &s) - momentum_beyond(0.5, &free)) / (dt * 0.2);
+        let p = s.particles();
+        let middle: Vec<usize> = (0..p.len())
+            .filter(|&i| (p.x[i][0] - 0.5).abs() < 0.15)
+            .collect();
+        let a = middle.iter().map(|&i| p.F[i].0[0][0]).sum::<f64>() / middle.len() as f64;
+        // Closed form: the lateral stretch b with P₂₂ = μ b − μ a + λ (a b − 1) a = 0.
+        let b = (law.mu * a + law.lambda * a) / (law.mu + law.lambda * a * a);
+        expected += law.mu * a + (law.lambda * (a * b - 1.0) - law.mu) * b + law.kx * (a - 1.0);
+        stretch += a;
+    }
+    let [stretch, tension, expected] = [stretch, tension, expected].map(|v| v / count as f64);
+    println!("stretch {stretch:.4}: grip {tension:.1} Pa, closed form {expected:.1} Pa");
     assert!(stretch > 1.05);
-    assert!((tension / expected - 1.0).abs() < 0.05);
+    assert!((tension / expected - 1.0).abs() < 0.015);
 }
 
 fn oscillating(integrator: Integrator, cells: f64, obstacles: Vec<Obstacle<2>>) -> Host<2> {
@@ -121,8 +146,10 @@ fn energy_falls_and_falls_less_on_a_finer_grid() {
         kept.push(total(&s) / before);
     }
     println!("energy kept after 0.3 s on 8, 16, 32 cells per metre: {kept:?}");
-    assert!(kept.iter().all(|k| *k < 1.001), "{kept:?}");
-    assert!(kept[2] > kept[0], "{kept:?}");
+    assert!(kept.iter().all(|k| *k < 1.0), "{kept:?}");
+    for (kept, floor) in kept.iter().zip([0.78, 0.93, 0.98]) {
+        assert!(*kept > floor, "{kept} {floor}");
+    }
 }
 
 const ACCURATE: ImplicitStep = ImplicitStep {

@@ -1,5 +1,7 @@
 //! The crack of a notched plate runs along the fibres, whatever their angle to the notch and to
-//! the grid, and the better the finer the grid.
+//! the grid: within 6 degrees from 32 cells per metre on. It does not converge to their angle: at
+//! 45 degrees it runs at 43.0, 46.9 and 50.2 on 24, 32 and 48 cells (with steps of the default
+//! length; `docs/aniso-mpm.md` has the table).
 //!
 //! The plate is pulled equally on all sides: nothing but the fibres then prefers a direction. (In
 //! a plate that is pulled across the notch only, the faces of an oblique crack also slide, and the
@@ -101,7 +103,7 @@ fn crack_follows_the_fibre_along_and_across_the_notch() {
 }
 
 #[test]
-fn crack_follows_the_oblique_fibre_and_better_on_the_finer_grid() {
+fn crack_follows_the_oblique_fibre_on_24_cells_better_than_on_16() {
     let fine = deviation(45.0, 24.0);
     assert!(fine < 5.0);
     // On 16 cells the crack is not much longer than wide when it is measured.
