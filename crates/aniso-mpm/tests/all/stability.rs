@@ -6,10 +6,10 @@ use aniso_mpm::damage::{
 };
 use aniso_mpm::inextensibility::{FibreGrid, Projection};
 use aniso_mpm::{
-    Apic, Body, Contact, Cubic, Fibre, FibreReinforced, ImplicitStep, Integrator, MpmError,
-    Obstacle, Particle, Particles, Settings, Shape, Simulation, worse,
+    Apic, Body, Contact, Cubic, Fibre, FibreReinforced, ImplicitStep, Integrator, Law, MlsMpm,
+    MpmError, Obstacle, Particle, Particles, Quadratic, Settings, Shape, Simulation, worse,
 };
-use fem_kinematics::Mat;
+use fem_kinematics::{Mat, Real};
 use fem_solvers::PcgParams;
 
 const H: f64 = 0.1;
@@ -353,6 +353,21 @@ fn nan_stays_where_the_worst_is_looked_for() {
     assert!(projection.project(v, &PcgParams::default()).is_err());
 }
 
+/// A law whose stress points uphill: no step along Newton's direction lowers the energy.
+#[derive(Clone, Copy)]
+struct Uphill;
+impl Law<2> for Uphill {
+    fn energy<T: Real>(&self, F: &Mat<T, 2>, _: T) -> T {
+        F.norm_squared() * T::from_f64(1e4)
+    }
+    fn stress<T: Real>(&self, F: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+        F.scale(T::from_f64(-2e4))
+    }
+    fn stress_differential<T: Real>(&self, _: &Mat<T, 2>, _: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+        Mat::zeros()
+    }
+}
+
 /// Every Newton failure says what it measured: the change of the last step and how many were taken.
 #[test]
 fn newton_names_what_it_ended_with() {
@@ -372,6 +387,21 @@ fn newton_names_what_it_ended_with() {
             tolerance: 0.0,
             ..
         }) => assert!(change > 0.0 && change < 1.0, "{change}"),
+        other => panic!("{other:?}"),
+    }
+
+    let bodies = vec![Body::elastic(Uphill)];
+    let particles = block(Mat::identity());
+    let mut s =
+        Simulation::<f64, MlsMpm<Quadratic>, _, 2>::new(settings, bodies, vec![], particles)
+            .unwrap();
+    match s.step(1e-2) {
+        Err(MpmError::Newton {
+            iterations: 0,
+            change: f64::INFINITY,
+            reason,
+            ..
+        }) => assert!(reason.contains("lower energy"), "{reason}"),
         other => panic!("{other:?}"),
     }
 }
