@@ -1,7 +1,8 @@
 //! The program as its user meets it: exit codes, messages, files.
 
+use face_rig::scene::Scene;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn face_rig(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_face-rig"))
@@ -51,6 +52,27 @@ fn bad_input_is_named_and_leaves_no_file() {
     refused(at, &["check", "builtin:many"], 3, &["whole number"]);
     refused(at, &["fit", "builtin:5000"], 3, &["no targets"]);
     refused(at, &["pose"], 2, &["pose"]);
+    for (option, value) in [
+        ("--relax", "NaN"),
+        ("--relax", "-1"),
+        ("--robust", "0"),
+        ("--stop", "inf"),
+        ("--threads", "0"),
+    ] {
+        refused(
+            at,
+            &["fit", "builtin:5000", option, value],
+            2,
+            &[option, value],
+        );
+    }
+    refused(
+        at,
+        &["fit", "builtin:5000", "--target", "smile"],
+        3,
+        &["--targets"],
+    );
+    refused(at, &["demo", "--tets", "10"], 3, &["4000 to 2000000"]);
     std::fs::write(at.join("empty.csv"), "target,landmark,ict_vertex,x,y,z\n").unwrap();
     refused(
         at,
@@ -63,6 +85,23 @@ fn bad_input_is_named_and_leaves_no_file() {
         .map(|e| e.unwrap().file_name())
         .collect();
     assert_eq!(left, ["empty.csv"]);
+}
+
+#[test]
+fn a_reader_that_closes_the_pipe_is_no_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_face-rig"))
+        .args(["check", "builtin:5000"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    assert!(message.is_empty(), "{message}");
 }
 
 #[test]
@@ -135,10 +174,104 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     let check = face_rig(at, &["check", "small.json", "--json"]);
     let report: serde_json::Value = serde_json::from_slice(&check.stdout).unwrap();
     assert_eq!(report["landmarks"], 68);
-    let chin = table.lines().find(|l| l.starts_with("8,x")).unwrap();
-    let follows: f64 = chin.split(',').nth(column).unwrap().parse().unwrap();
+    let follow = |row: &str| -> f64 {
+        let line = table.lines().find(|l| l.starts_with(row)).unwrap();
+        line.split(',').nth(column).unwrap().parse().unwrap()
+    };
+    let chin = follow("8,x");
+    assert!(chin > 0.5 && chin < 1.1, "the chin follows by {chin}");
+
+    // Two frames of a sequence, the jaw 1 and 2 mm to the left.
+    let face = Scene::builtin(5000).unwrap();
+    let mut targets = String::from("target,landmark,ict_vertex,x,y,z,weight\n");
+    for (name, slide) in [("frame 1", 1e-3), ("frame 2", 2e-3)] {
+        for l in &face.landmarks {
+            let rest = l.point.rest_position(&face.mesh);
+            let [x, y, z] =
+                ["x", "y", "z"].map(|axis| slide * follow(&format!("{},{axis}", l.index)));
+            let (x, y, z) = (rest[0] + x, rest[1] + y, rest[2] + z);
+            let weight = if l.index < 17 { 2.0 } else { 1.0 };
+            targets += &format!("{name},{},0,{x:e},{y:e},{z:e},{weight}\n", l.index);
+        }
+    }
+    std::fs::write(at.join("sequence.csv"), &targets).unwrap();
+    let arguments = [
+        "fit",
+        "small.json",
+        "--targets",
+        "sequence.csv",
+        "--warm-start",
+        "--json",
+    ];
+    let fit = face_rig(at, &arguments);
     assert!(
-        follows > 0.5 && follows < 1.1,
-        "the chin follows the jaw by {follows}"
+        fit.status.success(),
+        "{}",
+        String::from_utf8_lossy(&fit.stderr)
     );
+    let report: serde_json::Value = serde_json::from_slice(&fit.stdout).unwrap();
+    for (k, frame) in report["results"]["fits"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .enumerate()
+    {
+        let slide = frame["jaw_slide_mm"][0].as_f64().unwrap();
+        assert!(
+            (slide - (k + 1) as f64).abs() < 0.1,
+            "frame {k}: {slide} mm"
+        );
+        let (before, after) = (&frame["rms_before_mm"], &frame["rms_after_mm"]);
+        assert!(after.as_f64().unwrap() < 0.1 * before.as_f64().unwrap());
+        assert_eq!(frame["inverted_tets"], 0);
+        assert!(at.join(format!("out/frame {}.vtu", k + 1)).is_file());
+    }
+
+    let with = |from: &str, to: &str| std::fs::write(at.join("bad.csv"), targets.replace(from, to));
+    let fit_bad = ["fit", "small.json", "--targets", "bad.csv", "--out", "bad"];
+    with("frame 2", "../frame 2").unwrap();
+    refused(
+        at,
+        &fit_bad,
+        3,
+        &["bad.csv", "line 70", "../frame 2", "letters"],
+    );
+    let mut millimetres = String::from("target,landmark,ict_vertex,x,y,z\n");
+    for l in &face.landmarks {
+        let [x, y, z] = l.point.rest_position(&face.mesh).map(|v| 1e3 * v);
+        millimetres += &format!("open,{},0,{x},{y},{z}\n", l.index);
+    }
+    std::fs::write(at.join("bad.csv"), millimetres).unwrap();
+    refused(at, &fit_bad, 3, &["bad.csv", "line 2", "are these metres"]);
+    with(",2\n", ",-2\n").unwrap();
+    refused(at, &fit_bad, 3, &["bad.csv", "line 2", "weight -2"]);
+    refused(
+        at,
+        &[
+            "fit",
+            "small.json",
+            "--targets",
+            "sequence.csv",
+            "--target",
+            "frame 1",
+        ],
+        4,
+        &["--force"],
+    );
+    refused(
+        at,
+        &[
+            "fit",
+            "small.json",
+            "--targets",
+            "sequence.csv",
+            "--target",
+            "smile",
+            "--out",
+            "bad",
+        ],
+        3,
+        &["small.json", "no target \"smile\""],
+    );
+    assert!(!at.join("bad").exists());
 }

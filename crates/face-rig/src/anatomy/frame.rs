@@ -1,7 +1,7 @@
 //! Affine frames of cranium and jaw.
 
 /// The map X ↦ M X + t: nine numbers and a translation in metres (document 000, 2.2-2.3).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Frame {
     /// M, by rows.
     pub matrix: [[f64; 3]; 3],

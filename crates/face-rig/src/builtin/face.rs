@@ -90,12 +90,15 @@ pub struct BuiltinFace {
 }
 
 impl BuiltinFace {
+    /// The numbers of tets that can be asked for.
+    pub const TETS: std::ops::RangeInclusive<usize> = 4_000..=2_000_000;
+
     /// The face whose number of tets is as near to `target` as the grid allows (a few per cent).
     ///
     /// # Errors
     /// [`BuiltinError::Resolution`] outside 4,000 to 2,000,000.
     pub fn with_tets(target: usize) -> Result<Self, BuiltinError> {
-        if !(4_000..=2_000_000).contains(&target) {
+        if !Self::TETS.contains(&target) {
             return Err(BuiltinError::Resolution { target });
         }
         let form = Form::new();

@@ -2,6 +2,7 @@
 
 use super::args::{CheckArgs, OutputArgs};
 use super::error::Failure;
+use super::output::say;
 use super::source::open;
 use face_rig::scene::check;
 

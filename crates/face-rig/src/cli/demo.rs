@@ -4,9 +4,10 @@ use super::args::{DemoArgs, OutputArgs};
 use super::draw::{Fitted, Shape, convergence, expressions};
 use super::error::Failure;
 use super::fit::table;
-use super::output::Output;
+use super::output::{Output, say};
 use super::progress::bar;
 use super::source::builtin;
+use face_rig::builtin::BuiltinFace;
 use face_rig::fit::{
     CraniumModel, ExpressionFit, FitIteration, FitParams, Parametrization, Seen, fit_expression,
 };
@@ -52,6 +53,10 @@ struct Drawn {
 }
 
 pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
+    if !BuiltinFace::TETS.contains(&args.tets) {
+        // Before a folder is made for nothing.
+        builtin(args.tets)?;
+    }
     let mut out = Output::prepare(output)?;
     let progress = bar(2 * EXPRESSIONS.len() + 2, "demo");
     progress.set_message("making the face");
@@ -91,6 +96,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
                 .map(|p| p.position(&posed))
                 .enumerate()
                 .collect(),
+            weights: Vec::new(),
             dense: None,
             jaw_truth: None,
         };
@@ -166,23 +172,24 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let results = json!({ "muscles": names, "fits": fits, "truths": truths });
     let report = out.report(
         "demo",
-        json!({ "tets": scene.mesh.num_elements() }),
+        json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
+            "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
+            "stop_mm": 1e3 * params.rms_change }),
         results,
     )?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
         return Ok(());
     }
-    println!(
+    say(format!(
         "{}: {} nodes, {} muscles",
         scene.name,
         scene.mesh.num_nodes(),
         muscles
-    );
+    ))?;
     say(table(&fits).trim_end())?;
-    println!(
+    say(format!(
         "look at {}; the report is report.json",
         out.folder().join("demo.png").display()
-    );
-    Ok(())
+    ))
 }

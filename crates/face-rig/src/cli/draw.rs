@@ -12,6 +12,8 @@ use face_rig::rig::Frame;
 use std::path::Path;
 
 const PANEL: [usize; 2] = [480, 560];
+/// The colours of an exact fit should not show its rounding; millimetres.
+const SMALLEST_RANGE: f64 = 0.1;
 const PLAIN: [f32; 3] = [0.84, 0.69, 0.60];
 const SEEN: [f32; 3] = [0.10, 0.45, 0.80];
 const WANTED: [f32; 3] = [0.85, 0.15, 0.15];
@@ -67,7 +69,7 @@ impl Shape {
             .iter()
             .copied()
             .filter(|v| v.is_finite())
-            .fold(1e-3, f64::max);
+            .fold(SMALLEST_RANGE, f64::max);
         let (range, map) = ([0.0, largest], ColorMap::Violet);
         Panel::new(title, camera)
             .layer(Layer::new(
@@ -103,7 +105,7 @@ pub fn pose(path: &Path, title: &str, rest: &Shape, posed: &Shape) -> Result<(),
         ])
         .row(vec![
             posed.plain("pose, three quarters", side),
-            posed.painted("moved by", camera, &moved, "distance from rest (mm)"),
+            posed.painted("moved from rest by", camera, &moved, "mm"),
         ]);
     Ok(sheet.draw(PANEL[0], PANEL[1])?.save(path)?)
 }
@@ -127,9 +129,9 @@ pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> R
         .collect();
     let mut sheet = Sheet::new(title);
     for (fit, distance) in fits.iter().zip(&distances) {
-        let (over, bar) = match fit.target {
-            Some(_) => ("result, distance to target", "distance to target (mm)"),
-            None => ("result, moved by", "distance from rest (mm)"),
+        let over = match fit.target {
+            Some(_) => "result, distance to target",
+            None => "result, moved from rest by",
         };
         let target = fit
             .target
@@ -149,7 +151,7 @@ pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> R
                 rest.plain("rest", camera),
                 fit.fitted.plain("result", camera).dots(fit.seen, SEEN, 2.5),
                 target,
-                fit.fitted.painted(over, camera, distance, bar),
+                fit.fitted.painted(over, camera, distance, "mm"),
             ],
         );
     }

@@ -52,11 +52,21 @@ failures! {
     SceneError => Input,
     RigSceneError => Input,
     SettingError => Input,
-    FitError => Input,
     RigError => NotConverged,
     WriteError => Output,
     PictureError => Output,
     face_rig::export::ExportError => Output,
     MeshFileError => Output,
     serde_json::Error => Output,
+}
+
+impl From<FitError> for Failure {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Start(_) | FitError::NotConverged { .. } => {
+                Self::NotConverged(error.to_string())
+            }
+            _ => Self::Input(error.to_string()),
+        }
+    }
 }

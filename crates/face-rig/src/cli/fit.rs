@@ -3,17 +3,19 @@
 use super::args::{FitArgs, Head, Jaw, Method, OutputArgs, Points};
 use super::draw::{Fitted, Shape, convergence, expressions};
 use super::error::Failure;
-use super::output::Output;
+use super::output::{Output, say};
 use super::progress::bar;
 use super::source::{Source, open};
 use face_rig::fit::{
-    CraniumModel, ExpressionFit, FitIteration, FitParams, JawModel, Outcome, Parametrization, Seen,
-    fit_expression,
+    CraniumModel, ExpressionFit, FitError, FitIteration, FitParams, JawModel, Outcome,
+    Parametrization, Seen, fit_expression,
 };
 use face_rig::rig::{Frame, Rig, RigParams};
 use face_rig::scene::{Scene, Target, TargetKind};
 use fem_solvers::{Loss, StepMethod};
 use serde_json::json;
+use std::collections::BTreeMap;
+use std::time::Instant;
 
 pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut source = open(&args.scene)?;
@@ -26,37 +28,39 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     let map = parametrization(scene, args);
     let params = params(args);
-    let fits = out.phase("fit", || {
-        fit_all(scene, &mut rig, &targets, args, &map, &params)
-    })?;
-    for fit in &fits {
-        let parameters = map.parameters(&fit.q);
-        out.write_shape(&fit.name, scene, &rig, &parameters, &fit.positions)?;
-    }
-    draw(&mut out, &source, &map, &targets, &fits)?;
-    let settings = json!({ "scene": args.scene, "points": format!("{:?}", args.points).to_lowercase(),
+    let (fits, impossible) = fit_all(scene, &mut rig, &targets, args, &map, &params, &mut out)?;
+    let pictures = Instant::now();
+    draw(&mut out, &source, &map, &fits)?;
+    out.took("pictures", pictures);
+    let settings = json!({ "scene": args.scene, "targets": args.targets, "target": args.target,
+        "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start });
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
-    let report = out.report("fit", settings, json!({ "muscles": muscles, "fits": fits }))?;
+    let fits: Vec<ExpressionFit> = fits.into_iter().map(|(_, fit)| fit).collect();
+    let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
+    let report = out.report("fit", settings, results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
         say(table(&fits).trim_end())?;
+        for (name, why) in &impossible {
+            say(format!("{name}: {why}"))?;
+        }
         say(format!("results in {}", out.folder().display()))?;
     }
-    let failed: Vec<&str> = fits
-        .iter()
-        .filter(|f| !f.converged())
+    let unfinished = fits.iter().filter(|f| !f.converged());
+    let failed: Vec<&str> = unfinished
         .map(|f| f.name.as_str())
+        .chain(impossible.keys().map(String::as_str))
         .collect();
     match failed.as_slice() {
         [] => Ok(()),
         names => Err(Failure::NotConverged(format!(
             "{} of {} fits did not converge: {}",
             names.len(),
-            fits.len(),
+            targets.len(),
             names.join(", ")
         ))),
     }
@@ -69,10 +73,17 @@ fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Fai
             .iter()
             .filter(|t| t.kind == TargetKind::Expression)
             .collect(),
-        names => names
-            .iter()
-            .map(|n| scene.target(n))
-            .collect::<Result<_, _>>()?,
+        names => {
+            let mut once: Vec<&String> = Vec::new();
+            names.iter().for_each(|n| {
+                if !once.contains(&n) {
+                    once.push(n);
+                }
+            });
+            once.iter()
+                .map(|n| scene.target(n))
+                .collect::<Result<_, _>>()?
+        }
     };
     match targets.as_slice() {
         [] => Err(Failure::Input(format!(
@@ -120,24 +131,30 @@ fn params(args: &FitArgs) -> FitParams {
     }
 }
 
-fn fit_all(
+/// Every fit, written as soon as it is there, and why the others could not even begin.
+type Fits<'s> = (Vec<(&'s Target, ExpressionFit)>, BTreeMap<String, String>);
+
+fn fit_all<'s>(
     scene: &Scene,
     rig: &mut Rig,
-    targets: &[&Target],
+    targets: &[&'s Target],
     args: &FitArgs,
     map: &Parametrization,
     params: &FitParams,
-) -> Result<Vec<ExpressionFit>, Failure> {
+    out: &mut Output,
+) -> Result<Fits<'s>, Failure> {
     let seen = match args.points {
         Points::Landmarks => Seen::Landmarks,
         Points::Dense => Seen::Dense,
-        Points::Both => Seen::Both,
+        Points::Both => Seen::Both {
+            landmark_weight: args.landmark_weight,
+        },
     };
     let progress = bar(targets.len(), "expression");
     let rest = rig.solved().clone();
     let mut start = map.rest();
-    let mut fits = Vec::with_capacity(targets.len());
-    for target in targets {
+    let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
+    for &target in targets {
         if !args.warm_start {
             rig.start_from(rest.clone())?;
             start = map.rest();
@@ -148,27 +165,39 @@ fn fit_all(
                 target.name, i.iteration, i.rms_mm, i.activations_at_bounds
             ));
         };
-        let fit = fit_expression(scene, rig, target, seen, map, params, &start, &mut observer)
-            .map_err(|e| Failure::Input(format!("target {}: {e}", target.name)))?;
+        let outcome = out.phase("fit", || {
+            fit_expression(scene, rig, target, seen, map, params, &start, &mut observer)
+        });
         progress.inc(1);
-        start.clone_from(&fit.q);
-        fits.push(fit);
+        match outcome {
+            Ok(fit) => {
+                let parameters = map.parameters(&fit.q);
+                out.write_shape(&fit.name, scene, rig, &parameters, &fit.positions)?;
+                start.clone_from(&fit.q);
+                fits.push((target, fit));
+            }
+            Err(FitError::Start(why)) => {
+                impossible.insert(target.name.clone(), why.to_string());
+            }
+            Err(error) => {
+                return Err(Failure::Input(format!("target {}: {error}", target.name)));
+            }
+        }
     }
     progress.finish_and_clear();
-    Ok(fits)
+    Ok((fits, impossible))
 }
 
 fn draw(
     out: &mut Output,
     source: &Source,
     map: &Parametrization,
-    targets: &[&Target],
-    fits: &[ExpressionFit],
+    fits: &[(&Target, ExpressionFit)],
 ) -> Result<(), Failure> {
     let scene = &source.scene;
     let progress = bar(fits.len(), "picture");
     let rest = Shape::new(source, scene.mesh.nodes(), &Frame::IDENTITY);
-    for (fit, target) in fits.iter().zip(targets) {
+    for (target, fit) in fits {
         let fitted = Shape::new(source, &fit.positions, &map.parameters(&fit.q).jaw);
         let dense = target
             .dense
@@ -195,7 +224,7 @@ fn draw(
     progress.finish_and_clear();
     let histories: Vec<(&str, &[FitIteration])> = fits
         .iter()
-        .map(|f| (f.name.as_str(), f.history.as_slice()))
+        .map(|(_, f)| (f.name.as_str(), f.history.as_slice()))
         .collect();
     convergence(&out.path("convergence.svg"), &histories)
 }
@@ -205,16 +234,16 @@ fn line(fit: &ExpressionFit) -> String {
         .jaw_degrees
         .map_or(String::new(), |d| format!(", jaw {d:.1} deg"));
     format!(
-        "{}: landmarks {:.2} -> {:.2} mm RMS in {} steps{jaw}",
-        fit.name, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
+        "{}: {} points, {:.2} -> {:.2} mm RMS in {} steps{jaw}",
+        fit.name, fit.points, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
     )
 }
 
 /// A row for each fit, as Markdown.
 pub fn table(fits: &[ExpressionFit]) -> String {
     let mut text = String::from(
-        "| target | RMS before (mm) | RMS after (mm) | left | steps | seconds | jaw (deg) | end |\n\
-         |---|---:|---:|---:|---:|---:|---:|---|\n",
+        "| target | RMS before (mm) | RMS after (mm) | left | steps | seconds | jaw (deg) | inverted tets | end |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---|\n",
     );
     for f in fits {
         let end = match &f.outcome {
@@ -223,13 +252,14 @@ pub fn table(fits: &[ExpressionFit]) -> String {
         };
         let jaw = f.jaw_degrees.map_or(String::new(), |d| format!("{d:.1}"));
         text += &format!(
-            "| {} | {:.2} | {:.2} | {:.0} % | {} | {:.2} | {jaw} | {end} |\n",
+            "| {} | {:.2} | {:.2} | {:.0} % | {} | {:.2} | {jaw} | {} | {end} |\n",
             f.name,
             f.rms_before_mm,
             f.rms_after_mm,
             100.0 * f.remaining(),
             f.iterations,
-            f.seconds
+            f.seconds,
+            f.inverted_tets
         );
     }
     text

@@ -2,11 +2,11 @@
 
 use super::args::{JacobianArgs, OutputArgs};
 use super::error::Failure;
-use super::output::Output;
+use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{open, pose};
 use face_rig::export::write_atomically;
-use face_rig::rig::{Direction, Observation, RigParams};
+use face_rig::rig::{Direction, JacobianRoute, Observation, RigParams};
 use serde_json::json;
 use std::fmt::Write;
 
@@ -14,6 +14,12 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let source = open(&args.scene)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
+    if scene.landmarks.is_empty() {
+        return Err(Failure::Input(format!(
+            "{}: no landmarks to derive; add \"landmarks\" to the face",
+            scene.name
+        )));
+    }
     let mut out = Output::prepare(output)?;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     let bar = spinner("equilibrium and derivative");
@@ -43,18 +49,23 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
         text.push('\n');
     }
     write_atomically(&path, text.as_bytes())?;
-    let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw });
-    let results = json!({ "rows": points.dim(), "columns": names, "route": format!("{route:?}") });
+    let route = match route {
+        JacobianRoute::Columns => "columns",
+        JacobianRoute::Adjoint => "adjoint",
+    };
+    let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
+        "jaw_shift_mm": args.pose.jaw_shift });
+    let results = json!({ "rows": points.dim(), "columns": names, "route": route });
     let report = out.report("jacobian", settings, results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
-        println!(
-            "{} rows (landmarks x 3, metres) by {} columns ({route:?}) in {}",
+        say(format!(
+            "{} rows (landmarks x 3, metres) by {} columns (by {route}) in {}",
             points.dim(),
             names.len(),
             path.display()
-        );
+        ))?;
     }
     Ok(())
 }

@@ -45,9 +45,17 @@ impl Output {
     pub fn phase<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
         let begin = Instant::now();
         let result = work();
-        self.phases
-            .push((name.into(), begin.elapsed().as_secs_f64()));
+        self.took(name, begin);
         result
+    }
+
+    /// Counts the time since `begin` to a phase.
+    pub fn took(&mut self, name: &str, begin: Instant) {
+        let seconds = begin.elapsed().as_secs_f64();
+        match self.phases.iter_mut().find(|(known, _)| known == name) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.phases.push((name.into(), seconds)),
+        }
     }
 
     /// The path of a file in the folder, remembered for the report.

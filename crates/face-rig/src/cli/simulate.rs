@@ -3,7 +3,7 @@
 use super::args::{OutputArgs, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
 use super::error::Failure;
-use super::output::Output;
+use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{open, pose};
 use face_rig::rig::{Frame, RigParams};
@@ -51,7 +51,7 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
-        println!(
+        say(format!(
             "{}: moved by up to {largest_mm:.2} mm in {} Newton steps, {:.2} s; smallest det F {smallest:.3}{}",
             scene.name,
             work.newton_steps,
@@ -62,8 +62,8 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
                     "\nwarning: {n} tets are turned inside out; the pose is beyond what the mesh bears"
                 ),
             },
-        );
-        println!("results in {}", out.folder().display());
+        ))?;
+        say(format!("results in {}", out.folder().display()))?;
     }
     Ok(())
 }

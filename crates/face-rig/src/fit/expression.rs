@@ -1,20 +1,25 @@
 //! One expression of a scene, fitted: landmarks (and dense skin where asked) to activations and jaw.
 
 use super::{FitError, FitIteration, FitParams, FitReport, Fitter, Parametrization};
+use crate::anatomy::Frame;
 use crate::rig::{CarriedPoints, Rig};
 use crate::scene::{Scene, Target};
+use fem_solvers::GaussNewtonFailure;
 use std::time::Instant;
 
 /// Which points of a target are fitted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Seen {
     /// Its landmarks.
     #[default]
     Landmarks,
     /// Its dense skin.
     Dense,
-    /// Both.
-    Both,
+    /// Both; a landmark counts `landmark_weight` times as much as a point of the skin.
+    Both {
+        /// Above 0.
+        landmark_weight: f64,
+    },
 }
 
 /// How an expression's fit ended.
@@ -36,8 +41,19 @@ pub struct ExpressionFit {
     pub seconds: f64,
     /// Why it stopped, or why it failed.
     pub outcome: Outcome,
-    /// Angle of the jaw, degrees.
+    /// Angle of a hinged jaw, degrees.
     pub jaw_degrees: Option<f64>,
+    /// Shift of a hinged jaw, millimetres.
+    pub jaw_slide_mm: Option<[f64; 3]>,
+    /// x ↦ M_j x + t_j of the jaw, metres.
+    pub jaw: Frame,
+    /// x ↦ M_c x + t_c of the head, metres.
+    pub cranium: Frame,
+    /// The smallest det F of all elements; below 0 where one is turned inside out.
+    #[serde(rename = "smallest_det_F")]
+    pub smallest_ratio: f64,
+    /// Elements turned inside out.
+    pub inverted_tets: usize,
     /// Every activation, in the scene's order of muscles.
     pub activations: Vec<f64>,
     /// The way there.
@@ -91,11 +107,11 @@ pub fn fit_expression(
     observer: &mut dyn FnMut(&FitIteration),
 ) -> Result<ExpressionFit, FitError> {
     let begin = Instant::now();
-    let (points, places) = observed(scene, target, seen);
+    let (points, places, weights) = observed(scene, target, seen);
     let fitter = Fitter {
         observation: &points,
         target: places.as_flattened(),
-        weights: &[],
+        weights: &weights,
         parametrization: map,
         params,
     };
@@ -110,7 +126,13 @@ pub fn fit_expression(
             (report, Outcome::Converged(why))
         }
         Err(FitError::NotConverged { source, best }) => {
-            (*best, Outcome::NotConverged(source.reason.to_string()))
+            let why = match source.reason {
+                GaussNewtonFailure::NotConverged => {
+                    format!("{} steps were not enough", source.iteration)
+                }
+                reason => reason.to_string(),
+            };
+            (*best, Outcome::NotConverged(why))
         }
         Err(error) => return Err(error),
     };
@@ -122,6 +144,7 @@ pub fn fit_expression(
         ..
     } = report;
     let last = iterations.last();
+    let ratios = rig.assembly().volume_ratios(&rig.solved().in_cranium_frame);
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: places.len(),
@@ -132,6 +155,11 @@ pub fn fit_expression(
         seconds: begin.elapsed().as_secs_f64(),
         outcome,
         jaw_degrees: map.jaw_angle(&q).map(f64::to_degrees),
+        jaw_slide_mm: map.jaw_slide(&q).map(|slide| slide.map(|v| 1e3 * v)),
+        jaw: parameters.jaw,
+        cranium: parameters.cranium,
+        smallest_ratio: ratios.iter().copied().fold(f64::INFINITY, f64::min),
+        inverted_tets: ratios.iter().filter(|ratio| !(**ratio > 0.0)).count(),
         activations: parameters.activations,
         history: iterations,
         q,
@@ -139,8 +167,13 @@ pub fn fit_expression(
     })
 }
 
-fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[f64; 3]>) {
-    let (mut points, mut places) = (Vec::new(), Vec::new());
+/// Points, where they should be, and how much each counts.
+fn observed(
+    scene: &Scene,
+    target: &Target,
+    seen: Seen,
+) -> (CarriedPoints, Vec<[f64; 3]>, Vec<f64>) {
+    let (mut points, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());
     if seen != Seen::Dense {
         points.extend(
             scene
@@ -148,6 +181,12 @@ fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[
                 .0,
         );
         places.extend(target.landmarks.iter().map(|l| l.1));
+        let share = match seen {
+            Seen::Both { landmark_weight } => landmark_weight,
+            _ => 1.0,
+        };
+        let own = |k: usize| target.weights.get(k).copied().unwrap_or(1.0);
+        weights.extend((0..target.landmarks.len()).map(|k| share * own(k)));
     }
     if seen != Seen::Landmarks
         && let (Some(dense), Some(skin)) = (&target.dense, &scene.skin)
@@ -155,7 +194,8 @@ fn observed(scene: &Scene, target: &Target, seen: Seen) -> (CarriedPoints, Vec<[
         points.extend(skin.points.iter().map(|p| scene.carried(p)));
         places.extend(dense);
     }
-    (CarriedPoints(points), places)
+    weights.resize(places.len(), 1.0);
+    (CarriedPoints(points), places, weights)
 }
 
 /// Root-mean-square distance of paired points.

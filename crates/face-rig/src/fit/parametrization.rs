@@ -129,6 +129,12 @@ impl Parametrization {
         matches!(self.jaw, JawModel::Hinge(_)).then(|| jaw[0])
     }
 
+    /// The jaw's shift in metres, where it has a hinge.
+    pub fn jaw_slide(&self, q: &[f64]) -> Option<[f64; 3]> {
+        let (_, _, jaw) = self.split(q);
+        matches!(self.jaw, JawModel::Hinge(_)).then(|| vector(&jaw[1..]))
+    }
+
     fn split<'q>(&self, q: &'q [f64]) -> (&'q [f64], &'q [f64], &'q [f64]) {
         let (activations, rest) = q.split_at(self.active.len());
         let (cranium, jaw) = rest.split_at(self.cranium_numbers());

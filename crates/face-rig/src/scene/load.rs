@@ -72,7 +72,13 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         name => name.into(),
     };
     let (skin, targets) = match &file.targets {
-        Some(spec) => targets::load(&place, spec, &flesh.landmarks, &flesh.embedding)?,
+        Some(spec) => targets::load(
+            &place,
+            spec,
+            &flesh.mesh,
+            &flesh.landmarks,
+            &flesh.embedding,
+        )?,
         None => (None, Vec::new()),
     };
     let mut scene = flesh.scene(name.into_owned(), file.fibres);

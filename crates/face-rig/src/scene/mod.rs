@@ -184,6 +184,8 @@ pub struct Target {
     pub kind: TargetKind,
     /// Goals, metres: (place in [`Scene::landmarks`], position), ascending.
     pub landmarks: Vec<(usize, [f64; 3])>,
+    /// How much each of them counts, 0 or more; empty for 1 everywhere.
+    pub weights: Vec<f64>,
     /// Goals of the vertices of [`Scene::skin`], metres, one each.
     pub dense: Option<Vec<[f64; 3]>>,
     /// The rigid jaw motion behind it where known: to compare with, not to fit with.
@@ -199,7 +201,7 @@ impl Scene {
         load::load(path.as_ref())
     }
 
-    /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, metres;
+    /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; metres;
     /// a path from the current folder), in order of first appearance. A target named `rest` is
     /// left out.
     ///
@@ -217,7 +219,8 @@ impl Scene {
             dense: None,
             truth: None,
         };
-        self.targets = targets::load(&place, &spec, &self.landmarks, &self.embedding)?.1;
+        self.targets =
+            targets::load(&place, &spec, &self.mesh, &self.landmarks, &self.embedding)?.1;
         Ok(())
     }
 
@@ -244,11 +247,16 @@ impl Scene {
     pub fn target(&self, name: &str) -> Result<&Target, SceneError> {
         self.targets.iter().find(|t| t.name == name).ok_or_else(|| {
             let hint = names::hint(name, self.targets.iter().map(|t| t.name.as_str()));
-            SceneError::invalid(
-                &self.path,
-                "targets",
-                format!("there is no target \"{name}\"{hint}"),
-            )
+            let place = if self.path.as_os_str().is_empty() {
+                Path::new(&self.name)
+            } else {
+                &self.path
+            };
+            let reason = match self.targets.as_slice() {
+                [] => "the scene has no targets; name a table with --targets".to_owned(),
+                _ => format!("there is no target \"{name}\"{hint}"),
+            };
+            SceneError::invalid(place, "targets", reason)
         })
     }
 }

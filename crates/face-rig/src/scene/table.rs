@@ -13,6 +13,17 @@ pub(super) struct Table {
 impl Table {
     /// Reads a file and checks its header against `columns`; alternatives are written `a|b`.
     pub fn read(path: &Path, columns: &[&str]) -> Result<Self, SceneError> {
+        Self::read_either(path, columns, None)
+    }
+    /// As [`Table::read`]; one more column may follow.
+    pub fn read_with(path: &Path, columns: &[&str], optional: &str) -> Result<Self, SceneError> {
+        Self::read_either(path, columns, Some(optional))
+    }
+    fn read_either(
+        path: &Path,
+        columns: &[&str],
+        optional: Option<&str>,
+    ) -> Result<Self, SceneError> {
         let text = std::fs::read_to_string(path).map_err(SceneError::io(path))?;
         let header = text
             .lines()
@@ -20,8 +31,14 @@ impl Table {
             .unwrap_or("")
             .trim_start_matches('\u{feff}');
         let found: Vec<String> = header.split(',').map(|c| c.trim().to_owned()).collect();
-        let fits = found.len() == columns.len()
-            && found
+        let named = match optional {
+            Some(last) if found.last().is_some_and(|name| name == last) => {
+                &found[..found.len() - 1]
+            }
+            _ => &found[..],
+        };
+        let fits = named.len() == columns.len()
+            && named
                 .iter()
                 .zip(columns)
                 .all(|(name, accepted)| accepted.split('|').any(|a| a == name));
@@ -73,6 +90,10 @@ pub(super) struct Row<'a> {
 impl Row<'_> {
     pub fn text(&self, column: usize) -> &str {
         self.fields[column]
+    }
+    /// Is there such a column?
+    pub fn has(&self, column: usize) -> bool {
+        column < self.fields.len()
     }
     pub fn index(&self, column: usize) -> Result<u32, SceneError> {
         let field = self.fields[column];

@@ -21,11 +21,7 @@ pub(super) fn points(
     mesh: &SimplexMesh<3>,
     repairs: &Repairs,
 ) -> Result<(Vec<EmbeddedPoint>, Vec<Landmark>), SceneError> {
-    let (low, high) = mesh.bounding_box();
-    let diagonal: f64 = (0..3)
-        .map(|i| (high[i] - low[i]).powi(2))
-        .sum::<f64>()
-        .sqrt();
+    let diagonal = diagonal(mesh);
     let embedding = match &files.embedding {
         Some(file) => embedding(&place.file(file), mesh, repairs)?,
         None => Vec::new(),
@@ -41,10 +37,27 @@ pub(super) fn points(
     Ok((embedding, landmarks))
 }
 
+/// The size of a face, metres.
+fn diagonal(mesh: &SimplexMesh<3>) -> f64 {
+    let (low, high) = mesh.bounding_box();
+    distance(low, high)
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// A target's name becomes that of its result files.
+fn usable_name(name: &str) -> bool {
+    let forbidden = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    !name.is_empty() && !name.starts_with('.') && !name.contains(forbidden)
+}
+
 /// The targets of a face, and the skin of the dense ones.
 pub(super) fn load(
     place: &Place,
     spec: &TargetsSpec,
+    mesh: &SimplexMesh<3>,
     landmarks: &[Landmark],
     embedding: &[EmbeddedPoint],
 ) -> Result<(Option<Skin>, Vec<Target>), SceneError> {
@@ -52,7 +65,7 @@ pub(super) fn load(
         let reason = "targets need landmarks; add \"landmarks\" to the face";
         return Err(place.field("targets", reason));
     }
-    let mut targets = sparse(place, spec, landmarks)?;
+    let mut targets = sparse(place, spec, landmarks, mesh, !embedding.is_empty())?;
     let skin = match &spec.dense {
         Some(dense_spec) => Some(dense(
             place,
@@ -121,12 +134,13 @@ struct LandmarkRow {
     landmark: u32,
     vertex: u32,
     position: [f64; 3],
+    weight: f64,
     line: usize,
 }
 
 fn landmark_rows(path: &Path, scale: f64) -> Result<Vec<(String, Vec<LandmarkRow>)>, SceneError> {
     let columns = ["target", "landmark", "ict_vertex|vertex", "x", "y", "z"];
-    let table = Table::read(path, &columns)?;
+    let table = Table::read_with(path, &columns, "weight")?;
     let mut groups: Vec<(String, Vec<LandmarkRow>)> = Vec::new();
     let mut place: HashMap<String, usize> = HashMap::new();
     for row in table.rows() {
@@ -148,6 +162,10 @@ fn landmark_rows(path: &Path, scale: f64) -> Result<Vec<(String, Vec<LandmarkRow
             landmark,
             vertex: row.index(2)?,
             position: row.numbers::<3>(3)?.map(|v| v * scale),
+            weight: match row.has(6) {
+                true => row.number(6)?,
+                false => 1.0,
+            },
             line: row.line,
         });
     }
@@ -198,10 +216,7 @@ fn landmarks(
             }
         };
         let embedded = point.rest_position(mesh);
-        let off: f64 = (0..3)
-            .map(|i| (embedded[i] - row.position[i]).powi(2))
-            .sum::<f64>()
-            .sqrt();
+        let off = distance(embedded, row.position);
         let fits = off <= tolerance;
         if !fits {
             let mm = off * 1e3;
@@ -223,8 +238,11 @@ fn sparse(
     place: &Place,
     spec: &TargetsSpec,
     landmarks: &[Landmark],
+    mesh: &SimplexMesh<3>,
+    has_vertices: bool,
 ) -> Result<Vec<Target>, SceneError> {
     let path = place.file(&spec.landmarks);
+    let size = diagonal(mesh);
     let number: HashMap<u32, usize> = landmarks
         .iter()
         .enumerate()
@@ -235,22 +253,55 @@ fn sparse(
         if spec.skip.contains(&name) {
             continue;
         }
+        if !usable_name(&name) {
+            let line = rows.first().map_or(1, |row| row.line);
+            let reason = format!(
+                "\"{name}\" cannot be a target's name, because result files are named after it; use \
+                 letters, digits, spaces, - and _"
+            );
+            return Err(SceneError::invalid(&path, format!("line {line}"), reason));
+        }
         let mut goals = Vec::with_capacity(rows.len());
+        let mut weights = Vec::with_capacity(rows.len());
         for row in &rows {
+            let error = |reason: String| {
+                let line = format!("line {}", row.line);
+                Err(SceneError::invalid(&path, line, reason))
+            };
             let Some(&k) = number.get(&row.landmark) else {
                 let reason = format!(
                     "target \"{name}\" names landmark {}, which the face does not have",
                     row.landmark
                 );
-                return Err(SceneError::invalid(
-                    &path,
-                    format!("line {}", row.line),
-                    reason,
-                ));
+                return error(reason);
             };
+            let own = landmarks[k].point;
+            if has_vertices && own.id != row.vertex {
+                return error(format!(
+                    "landmark {} is vertex {} of the face, not {}",
+                    row.landmark, own.id, row.vertex
+                ));
+            }
+            let off = distance(row.position, own.rest_position(mesh));
+            if !(off <= size) {
+                return error(format!(
+                    "landmark {} of \"{name}\" lies {off:.3} m from its place at rest, and the whole \
+                     face is {size:.3} m large; are these metres, and the same axes?",
+                    row.landmark
+                ));
+            }
+            if !(row.weight >= 0.0) {
+                return error(format!("weight {} is not 0 or more", row.weight));
+            }
             goals.push((k, row.position));
+            weights.push((k, row.weight));
         }
         goals.sort_by_key(|&(k, _)| k);
+        weights.sort_by_key(|&(k, _)| k);
+        if !rows.iter().any(|row| row.weight > 0.0) {
+            let reason = format!("all weights of target \"{name}\" are 0");
+            return Err(SceneError::invalid(&path, "table", reason));
+        }
         let identity = spec
             .identities
             .iter()
@@ -263,6 +314,7 @@ fn sparse(
                 TargetKind::Expression
             },
             landmarks: goals,
+            weights: weights.into_iter().map(|(_, weight)| weight).collect(),
             dense: None,
             jaw_truth: None,
         });

@@ -83,13 +83,13 @@ pub enum MeshError {
     ZeroVolume(Ids),
     /// An element with (x₁−x₀)·((x₂−x₀)×(x₃−x₀)) < 0.
     #[error(
-        "elements of negative volume ({0}); swap two of their nodes, or load with Orientation::Repair"
+        "elements of negative volume ({0}); swap two of their nodes, or have them repaired (`Orientation::Repair`; in a scene file \"turned_over\": \"repair\")"
     )]
     NegativeVolume(Ids),
     /// Two elements with the same nodes.
     #[error("elements that repeat an earlier one ({0}); remove them")]
     Duplicate(Ids),
     /// A node that belongs to no element.
-    #[error("nodes that belong to no element ({0}); remove them, or load with Orphans::Allow")]
+    #[error("nodes that belong to no element ({0}); remove them, or read with `Orphans::Allow`")]
     Orphan(Ids),
 }
