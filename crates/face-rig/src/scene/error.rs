@@ -1,5 +1,6 @@
 //! What can be wrong with a scene.
 
+use super::json;
 use crate::anatomy::HingeError;
 use fem_assembly::mesh::MeshFileError;
 use std::path::{Path, PathBuf};
@@ -35,7 +36,7 @@ pub enum SceneError {
     Invalid {
         /// The file.
         path: PathBuf,
-        /// The field, or "line 12".
+        /// "line 12", the field, or both.
         place: String,
         /// What is wrong and what to do.
         reason: String,
@@ -57,9 +58,13 @@ impl SceneError {
         place: impl Into<String>,
         reason: impl Into<String>,
     ) -> Self {
+        let mut place = place.into();
+        if let Some(line) = json::line_in_file(path, &place) {
+            place = format!("line {line}, {place}");
+        }
         Self::Invalid {
             path: path.to_path_buf(),
-            place: place.into(),
+            place,
             reason: reason.into(),
         }
     }

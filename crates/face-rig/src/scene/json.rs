@@ -32,3 +32,75 @@ pub(super) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, S
     source.end().map_err(|error| syntax(&error, ".".into()))?;
     Ok(value)
 }
+
+/// The line, from 1, of a field like `face.files.bones` in a JSON file; none for other files, and for
+/// places that are no field.
+pub(super) fn line_in_file(path: &Path, field: &str) -> Option<usize> {
+    if path.extension()? != "json" {
+        return None;
+    }
+    line_of(&std::fs::read_to_string(path).ok()?, field)
+}
+
+/// The line of a field in JSON text that is known to be valid. An index like `regions[1]` is taken for the
+/// list.
+fn line_of(text: &str, field: &str) -> Option<usize> {
+    let wanted: Vec<&str> = field
+        .split('.')
+        .map(|key| key.split_once('[').map_or(key, |(list, _)| list))
+        .collect();
+    // The key that is being read in every bracket that is open; none in a list.
+    let mut open: Vec<Option<&str>> = Vec::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(['{', '}', '[', ']', '"']) {
+        let found = rest.as_bytes()[at];
+        rest = &rest[at + 1..];
+        match found {
+            b'{' | b'[' => open.push(None),
+            b'}' | b']' => {
+                open.pop();
+            }
+            _ => {
+                let end = end_of_string(rest)?;
+                let (key, after) = (&rest[..end], &rest[end + 1..]);
+                if after.trim_start().starts_with(':') {
+                    *open.last_mut()? = Some(key);
+                    if open.iter().flatten().eq(&wanted) {
+                        let before = text.len() - rest.len();
+                        return Some(1 + text[..before].matches('\n').count());
+                    }
+                }
+                rest = after;
+            }
+        }
+    }
+    None
+}
+
+/// Where a string ends whose opening quote has been read.
+fn end_of_string(text: &str) -> Option<usize> {
+    let mut escaped = false;
+    text.bytes().position(|b| {
+        let end = b == b'"' && !escaped;
+        escaped = b == b'\\' && !escaped;
+        end
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_is_found_by_its_whole_path() {
+        let text = "{ \"a\": { \"b\": \"c\\\" }: \" },\n  \"list\": [{ \"b\": 1 }],\n  \"b\": {\n \"a\": {\n\
+                    \"b\": 2 } } }";
+        serde_json::from_str::<serde_json::Value>(text).expect("valid");
+        assert_eq!(line_of(text, "a.b"), Some(1));
+        assert_eq!(line_of(text, "list[0].b"), Some(2));
+        assert_eq!(line_of(text, "b"), Some(3));
+        assert_eq!(line_of(text, "b.a.b"), Some(5));
+        assert_eq!(line_of(text, "c"), None);
+        assert_eq!(line_of("{", "line 12"), None);
+    }
+}

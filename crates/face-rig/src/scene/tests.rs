@@ -142,6 +142,16 @@ fn scale_applies_to_every_length() {
 }
 
 #[test]
+fn a_value_that_makes_no_sense_is_found_in_its_line() {
+    let files = Files::new();
+    files.edit("scene.json", "\"name\": \"block\"", "\"scale\": 0");
+    files.error("scene.json: line 2, scale: ");
+    let files = Files::new();
+    files.edit("scene.json", "[2, 0, 0]", "[0, 0, 0]");
+    files.error("scene.json: line 6, face.files.hinge.line: ");
+}
+
+#[test]
 fn json_errors_name_field_line_and_column() {
     let files = Files::new();
     files.edit("scene.json", "\"jaw\": 2", "\"jaw\": \"two\"");
