@@ -8,12 +8,21 @@ use face_rig::rig::{
     Parameters, Rig, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
+use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, StableNeoHookean, Stretch};
 use fem_solvers::{Damping, StepMethod};
 
 const MUSCLES: usize = 3;
+/// What the flesh presses against: a half-space and a ball (document 000, 5.7).
+const PLANE: Obstacle<3> = Obstacle::HalfSpace {
+    point: [0.001, 0.0, 0.0],
+    normal: [1.0, 0.0, 0.0],
+};
+const BALL: Obstacle<3> = Obstacle::Sphere {
+    center: [0.06, 0.02, 0.04],
+    radius: 0.022,
+};
 
 fn rig() -> Rig {
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
@@ -47,11 +56,23 @@ fn rig() -> Rig {
         .unwrap()
         .fibers(law, MUSCLES, &fibers)
         .unwrap()
+        .penalty(against(PLANE))
+        .unwrap()
+        .penalty(against(BALL))
+        .unwrap()
         .build()
         .unwrap();
     let mut params = RigParams::default();
     params.newton.gradient_tolerance = 1e-13;
     Rig::new(assembly, &jaw, params).unwrap()
+}
+
+fn against(obstacle: Obstacle<3>) -> Penalty<3> {
+    Penalty {
+        nodes: (0..45).collect(),
+        stiffness: 300.0,
+        obstacle,
+    }
 }
 
 /// A pose with a cranium that is no rotation and a jaw that is turned, sheared and shifted.
@@ -67,6 +88,24 @@ fn pose() -> Parameters {
 
 fn largest(v: impl IntoIterator<Item = f64>) -> f64 {
     v.into_iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+#[test]
+fn the_pose_of_these_tests_presses_on_both_obstacles() {
+    let mut rig = rig();
+    rig.solve(&pose()).unwrap();
+    let z = &rig.solved().in_cranium_frame;
+    let free = |n: &usize| rig.assembly().dofs().row(*n).is_some();
+    let behind = (0..z.len()).filter(free).filter(|&n| z[n][0] < 0.001);
+    let distance = |x: [f64; 3]| {
+        let c = [0.06, 0.02, 0.04];
+        (0..3).map(|i| (x[i] - c[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let inside = (0..z.len())
+        .filter(free)
+        .filter(|&n| distance(z[n]) < 0.022);
+    let (behind, inside) = (behind.count(), inside.count());
+    assert!(behind > 0 && inside > 0, "{behind} and {inside} nodes");
 }
 
 #[test]
