@@ -156,9 +156,10 @@ fn an_indefinite_start_takes_projected_steps_and_then_none() {
 #[test]
 fn an_indefinite_start_takes_shifted_steps_and_then_none() {
     let problem = Rosenbrock::new(40, 3.0);
-    let mut x: Vec<f64> = (0..80)
+    let start: Vec<f64> = (0..80)
         .map(|i| if i % 2 == 0 { 0.1 } else { 2.0 })
         .collect();
+    let mut x = start.clone();
     let mut seen = Vec::new();
     let params = NewtonParams {
         linear_solver: LinearSolver::Direct,
@@ -167,7 +168,8 @@ fn an_indefinite_start_takes_shifted_steps_and_then_none() {
         relative_gradient_tolerance: 0.0,
         ..Default::default()
     };
-    let info = Newton::new(&problem)
+    let mut newton = Newton::new(&problem);
+    let info = newton
         .solve_observed(&problem, &mut x, &params, &mut |i| seen.push(*i))
         .unwrap();
     assert_eq!(
@@ -178,11 +180,16 @@ fn an_indefinite_start_takes_shifted_steps_and_then_none() {
     assert_eq!(seen.last().unwrap().shift, 0.0);
     assert!(seen.windows(2).all(|w| w[1].energy <= w[0].energy + 1e-12));
     assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-9), "{x:?}");
-    // Nothing is remembered from one solve to the next.
-    let again = Newton::new(&problem)
-        .solve(&problem, &mut x, &params)
-        .unwrap();
-    assert_eq!(again.iterations, 0);
+    // No share is remembered from one solve to the next, not even from one that was cut short.
+    let cut = NewtonParams {
+        max_iterations: 1,
+        ..params
+    };
+    let mut y = start.clone();
+    newton.solve(&problem, &mut y, &cut).unwrap_err();
+    let mut y = start;
+    let again = newton.solve(&problem, &mut y, &params).unwrap();
+    assert!(again == info && y == x);
 }
 
 #[test]

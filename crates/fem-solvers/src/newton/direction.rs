@@ -148,9 +148,8 @@ impl<const D: usize> Workspace<D> {
         for _ in 0..Shift::ATTEMPTS {
             let share = self.shift.share();
             self.matrix.add_to_diagonals(&weights, share - added);
-            added = share;
+            (added, result.shift) = (share, share);
             if self.attempt(rhs, forcing, params, result)? {
-                result.shift = share;
                 return Ok(true);
             }
             self.shift.refused();

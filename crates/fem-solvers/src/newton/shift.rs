@@ -7,7 +7,7 @@ pub(super) struct Shift {
 }
 
 impl Shift {
-    /// Shares tried in one step; the last is 1e7 and more, a gradient step.
+    /// Shares tried in one step; the last is 1e6 and more, nearly a gradient step.
     pub const ATTEMPTS: usize = 10;
     const FIRST: f64 = 1e-2;
     const NEGLIGIBLE: f64 = 1e-4;

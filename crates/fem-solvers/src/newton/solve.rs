@@ -119,9 +119,11 @@ impl<const D: usize> Newton<D> {
             });
         }
         state.info.gradient_norm = norm_inf(&state.gradient);
+        let relative = params.relative_gradient_tolerance > 0.0;
         let reference = params.reference.unwrap_or_else(|| {
-            let own = problem.gradient_scale().unwrap_or(f64::INFINITY);
-            state.info.gradient_norm.min(own)
+            // The problem may have to assemble something to tell, so it is asked only if it matters.
+            let own = relative.then(|| problem.gradient_scale()).flatten();
+            state.info.gradient_norm.min(own.unwrap_or(f64::INFINITY))
         });
         let mut report = NewtonIteration {
             iteration: 0,
