@@ -64,7 +64,8 @@ pub struct LineSearchParams {
     pub sufficient_decrease: f64,
     /// Halvings before the search fails.
     pub max_backtracks: usize,
-    /// Differences of energy below this share of the largest energy met are rounding.
+    /// Differences of energy below this share of the largest energy met, counted a tenth for each
+    /// step ago, are rounding.
     pub rounding: f64,
 }
 
