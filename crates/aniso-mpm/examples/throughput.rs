@@ -1,5 +1,7 @@
 //! Particle-steps per second: quadratic MLS-MPM in 3D, neo-Hookean, 200,000 particles in random
-//! order in a cube of 64³ cells. One step is everything: sort, stress, both transfers, grid.
+//! order in a cube of 64³ cells. One step is everything: sort, stress, both transfers, grid. Next
+//! to it the bytes that a step moves at least, and what memory gives to a triad a = b + s c on
+//! arrays of 64 MB.
 //!
 //! `cargo run --release -p aniso-mpm --example throughput [particles] [steps]`
 use aniso_mpm::{
@@ -7,6 +9,7 @@ use aniso_mpm::{
 };
 use fem_kinematics::Mat;
 use fem_materials::NeoHookean;
+use rayon::prelude::*;
 use std::time::Instant;
 
 /// A small generator of uniform numbers (xorshift64*), the same on every machine.
@@ -29,8 +32,65 @@ fn processor_time() -> Option<f64> {
     Some((ticks()? + ticks()?) / 100.0)
 }
 
-/// Particle-steps per second on the wall (the best of three), and per second of processor time.
-fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> [f64; 2] {
+/// Bytes that one step reads from and writes to memory per particle: each array once for every
+/// pass over it, what is written also read first (the cache line is fetched).
+fn bytes_per_particle<T>(count: usize, home_blocks: usize, node_blocks: usize) -> f64 {
+    let number = size_of::<T>();
+    let (vector, matrix) = (3 * number, 9 * number);
+    let sort = vector + 3 * 8 + 5 * 4;
+    let stress = (matrix + number) + 2 * matrix;
+    let scatter = (2 * vector + 2 * matrix + 2 * number) + 4;
+    let gather = (vector + matrix) + 4 + 2 * (2 * vector + 2 * matrix);
+    let carried = 3 * (4 * number + 2 + 4);
+    // A window has 6³ nodes of four numbers: written, summed; then gathered once per block.
+    let node = 4 * number;
+    let grid = home_blocks * 216 * node * (2 + 1 + 1) + node_blocks * 64 * node * (2 + 2);
+    (sort + stress + scatter + gather + carried) as f64 + grid as f64 / count as f64
+}
+
+/// Bytes per second of a = b + s c with this many threads, the best of five.
+fn triad(pool: &rayon::ThreadPool) -> f64 {
+    const LENGTH: usize = 8 << 20;
+    let (b, c) = (vec![1.0f64; LENGTH], vec![2.0f64; LENGTH]);
+    let mut a = vec![0.0f64; LENGTH];
+    let mut best = f64::INFINITY;
+    pool.install(|| {
+        for pass in 0..5 {
+            let s = f64::from(pass);
+            let start = Instant::now();
+            a.par_chunks_mut(1 << 16)
+                .zip(b.par_chunks(1 << 16).zip(c.par_chunks(1 << 16)))
+                .for_each(|(a, (b, c))| {
+                    for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+                        *a = b + s * c;
+                    }
+                });
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+    });
+    assert_eq!(a[LENGTH - 1], 9.0);
+    // Two arrays read, one fetched and written.
+    (4 * 8 * LENGTH) as f64 / best
+}
+
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap()
+}
+
+/// What was measured.
+struct Rate {
+    /// Particle-steps per second on the wall, the best of three.
+    wall: f64,
+    /// The same per second of processor time.
+    processor: f64,
+    /// Bytes counted per second on the wall.
+    bytes: f64,
+}
+
+fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> Rate {
     let h = 1.0 / 64.0;
     let side = cells * h;
     let mut random = Random(1);
@@ -63,11 +123,7 @@ fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> 
         particles,
     )
     .unwrap();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .unwrap();
-    pool.install(|| {
+    pool(threads).install(|| {
         let dt = 1e-5;
         for _ in 0..3 {
             simulation.step(dt).unwrap();
@@ -83,7 +139,15 @@ fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> 
         }
         let used = before.and_then(|before| Some(processor_time()? - before));
         let work = (count * steps) as f64;
-        [work / best, used.map_or(f64::NAN, |used| 3.0 * work / used)]
+        let wall = work / best;
+        // Blocks of 4³ cells that the cube covers, and those that its particles reach.
+        let blocks = |nodes: f64| (nodes / 4.0).ceil().powi(3) as usize;
+        let bytes = bytes_per_particle::<T>(count, blocks(cells), blocks(cells + 4.0));
+        Rate {
+            wall,
+            processor: used.map_or(f64::NAN, |used| 3.0 * work / used),
+            bytes: bytes * wall,
+        }
     })
 }
 
@@ -93,20 +157,27 @@ fn main() {
         .map(|a| a.parse::<usize>().unwrap());
     let count = arguments.next().unwrap_or(200_000);
     let steps = arguments.next().unwrap_or(10);
+    for threads in [1, 2] {
+        println!(
+            "triad, {threads} thread(s): {:.1} GB/s",
+            triad(&pool(threads)) / 1e9
+        );
+    }
     for (name, cells) in [
         ("sparse: cube of 56^3 cells", 56.0),
         ("dense: cube of 29^3 cells, 8 per cell", 29.0),
     ] {
         println!("{name}, {count} particles");
         for threads in [1, 2] {
-            for (scalar, [wall, processor]) in [
+            for (scalar, rate) in [
                 ("f64", measure::<f64>(count, steps, threads, cells)),
                 ("f32", measure::<f32>(count, steps, threads, cells)),
             ] {
                 println!(
-                    "  {threads} thread(s), {scalar}: {:6.2} M/s, {:6.2} M per second of processor",
-                    wall / 1e6,
-                    processor / 1e6
+                    "  {threads} thread(s), {scalar}: {:5.2} M/s, {:5.2} M per second of processor, {:4.1} GB/s",
+                    rate.wall / 1e6,
+                    rate.processor / 1e6,
+                    rate.bytes / 1e9
                 );
             }
         }

@@ -39,13 +39,13 @@ pub enum MpmError {
         need: &'static str,
     },
     /// Two inputs that must have the same length.
-    #[error("{what} has {found} entries, there are {expected} particles")]
+    #[error("{what} has {found} entries where {expected} belong")]
     Length {
         /// Which input.
         what: &'static str,
         /// Its length.
         found: usize,
-        /// The number of particles.
+        /// The number of particles (or of unknowns).
         expected: usize,
     },
     /// A step was halved until nothing was left.
@@ -97,6 +97,8 @@ pub enum MpmError {
         change: f64,
         /// Largest change at which it would have ended well.
         tolerance: f64,
+        /// The unknowns after the last step taken.
+        last: Vec<f64>,
     },
 }
 

@@ -1,9 +1,9 @@
 //! The two storage scalars of the host: `f64` and `f32`.
 
-use fem_kinematics::Real;
+use fem_kinematics::{QuadScalar, Real};
 
 /// A single machine number: what particles and nodes are stored in.
-pub trait Float: Real<Mask = bool> + PartialOrd {
+pub trait Float: Real<Mask = bool> + QuadScalar + PartialOrd {
     /// The smallest normal number; nodes lighter than this carry no velocity.
     const TINY: Self;
     /// The nearest `f64`.

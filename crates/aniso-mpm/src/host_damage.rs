@@ -1,15 +1,13 @@
 //! Where the host calls the damage augmentation.
 
 use crate::body::Body;
-use crate::damage::{DamageInput, DamageOutput, cauchy_stress};
-use crate::dispatch::dispatch;
+use crate::damage::{DamageInput, DamageOutput, cauchy_from_kirchhoff};
 use crate::error::MpmError;
 use crate::float::Float;
 use crate::law::Law;
-use crate::particles::Particles;
 use crate::simulation::Simulation;
+use crate::stresses::kirchhoff_stresses;
 use crate::transfer::Scheme;
-use fem_kinematics::{Kernel, Mat};
 use rayon::prelude::*;
 
 const CHUNK: usize = 256;
@@ -25,54 +23,31 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             });
         }
         let bodies = &self.bodies[..];
-        self.sigma.resize(particles.len(), Mat::zeros());
+        let can_tear = |body: &Body<L, D>| body.damage.is_some();
+        kirchhoff_stresses(particles, bodies, None, can_tear, &mut self.tau);
         self.current_volume.resize(particles.len(), T::zero());
-        self.sigma
-            .par_chunks_mut(CHUNK)
-            .zip(self.current_volume.par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(|(chunk, (sigma, volume))| {
-                dispatch(Stresses {
-                    particles,
-                    bodies,
-                    first: chunk * CHUNK,
-                    sigma,
-                    volume,
-                });
+        (
+            &mut self.tau,
+            &mut self.current_volume,
+            &particles.F,
+            &particles.volume,
+        )
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .for_each(|(tau, current_volume, F, &volume)| {
+                let J = F.determinant();
+                *tau = cauchy_from_kirchhoff(tau, J);
+                *current_volume = volume * J;
             });
         let input = DamageInput {
             x: &particles.x,
             F: &particles.F,
-            sigma: &self.sigma,
+            sigma: &self.tau,
             volume: &self.current_volume,
             d: &particles.damage,
             history: &particles.history,
         };
         let model = |p: usize| bodies[particles.body[p] as usize].damage;
         self.augmentation.step(&input, &model, dt)
-    }
-}
-
-/// Un-degraded Cauchy stresses and current volumes V = J V₀.
-struct Stresses<'a, T, L, const D: usize> {
-    particles: &'a Particles<T, D>,
-    bodies: &'a [Body<L, D>],
-    first: usize,
-    sigma: &'a mut [Mat<T, D>],
-    volume: &'a mut [T],
-}
-impl<T: Float, L: Law<D>, const D: usize> Kernel for Stresses<'_, T, L, D> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        for (k, (sigma, volume)) in self.sigma.iter_mut().zip(self.volume).enumerate() {
-            let p = self.first + k;
-            let F = &self.particles.F[p];
-            let body = &self.bodies[self.particles.body[p] as usize];
-            if body.damage.is_some() {
-                *sigma = cauchy_stress(&body.law.stress(F, T::zero()), F);
-                *volume = self.particles.volume[p] * F.determinant();
-            }
-        }
     }
 }

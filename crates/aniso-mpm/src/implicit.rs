@@ -18,7 +18,7 @@ use crate::particles::Particles;
 use crate::simulation::Simulation;
 use crate::transfer::{Scheme, read_motion, spread_stress};
 use crate::window::{Gather, Node, Scatter};
-use fem_kinematics::Mat;
+use fem_kinematics::{Mat, Quad};
 use fem_solvers::{LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg};
 use std::marker::PhantomData;
 
@@ -303,6 +303,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             iterations: steps,
             change,
             tolerance: options.tolerance,
+            last: v,
         })
     }
 
@@ -349,9 +350,14 @@ struct ReadStrain<'a, T, S, const D: usize> {
 impl<T: Float, S: Scheme, const D: usize> Gather<f64, D> for ReadStrain<'_, T, S, D> {
     type Output = Mat<f64, D>;
     #[inline(always)]
-    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> Mat<f64, D> {
+    fn gather<Q: Quad<f64>>(
+        &self,
+        p: usize,
+        origin: [i32; D],
+        window: &[Node<f64>],
+    ) -> Mat<f64, D> {
         let x = same_cell::<T, S, D>(&self.particles.x[p], self.h);
-        let motion = read_motion::<f64, S, D>(&x, self.h, origin, window);
+        let motion = read_motion::<f64, Q, S, D>(&x, self.h, origin, window);
         motion.gradient.scale(self.dt) * wide(&self.particles.F[p])
     }
 }
@@ -365,12 +371,12 @@ struct SpreadStress<'a, T, S, const D: usize> {
 }
 impl<T: Float, S: Scheme, const D: usize> Scatter<f64, D> for SpreadStress<'_, T, S, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let x = same_cell::<T, S, D>(&self.particles.x[p], self.h);
         let impulse = self.stress[p]
             .mul_tr(&wide(&self.particles.F[p]))
             .scale(self.dt * self.particles.volume[p].to_f64());
-        spread_stress::<f64, S, D>(&x, self.h, &impulse, origin, window);
+        spread_stress::<f64, Q, S, D>(&x, self.h, &impulse, origin, window);
     }
 }
 

@@ -12,9 +12,9 @@
 //! positive definite where the KKT matrix is only quasi-definite, so conjugate gradients solve
 //! it; with a negative κ (a positive η) it would reward violated constraints.
 
-use crate::error::{MpmError, positive};
+use crate::error::{MpmError, positive, same_length};
 use crate::float::worse;
-use fem_solvers::{LinearOperator, PcgParams, Preconditioner, Structure, pcg};
+use fem_solvers::{LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg};
 
 /// A convex energy with linear constraints.
 pub trait ConstrainedProblem {
@@ -62,7 +62,8 @@ impl RelaxedKkt {
     /// Full Newton steps on eq. 16 from `x`.
     ///
     /// # Errors
-    /// A stiffness that is not positive, a linear solve that failed, or no convergence.
+    /// A stiffness that is not positive, a start of the wrong length, a linear solve that failed (a
+    /// gradient or constraint that is not a number makes it fail), or no convergence.
     pub fn solve(
         &self,
         problem: &impl ConstrainedProblem,
@@ -70,14 +71,19 @@ impl RelaxedKkt {
     ) -> Result<KktSolution, MpmError> {
         positive("stiffness of the relaxed constraints", self.stiffness)?;
         let (n, m) = (problem.unknowns(), problem.constraints());
+        same_length("start of the relaxed KKT system", x.len(), n)?;
         let mut x = x.to_vec();
         let mut iterates = vec![x.clone()];
         let (mut g, mut c) = (vec![0.0; n], vec![0.0; m]);
         let (mut size, mut target) = (f64::INFINITY, self.tolerance);
-        for _ in 0..self.max_iterations {
+        for iteration in 0..self.max_iterations {
             problem.gradient(&x, &mut g);
             problem.constraint(&x, &mut c);
-            let (dx, lambda) = self.newton_step(problem, &x, &g, &c)?;
+            let step = self.newton_step(problem, &x, &g, &c);
+            let (dx, lambda) = step.map_err(|error| MpmError::Solve {
+                system: "relaxed KKT",
+                message: format!("Newton step {iteration}: {error}"),
+            })?;
             size = 0.0;
             let mut scale = 1.0f64;
             for i in 0..n {
@@ -101,6 +107,7 @@ impl RelaxedKkt {
             iterations: self.max_iterations,
             change: size,
             tolerance: target,
+            last: x,
         })
     }
 
@@ -114,7 +121,7 @@ impl RelaxedKkt {
         x: &[f64],
         g: &[f64],
         c: &[f64],
-    ) -> Result<(Vec<f64>, Vec<f64>), MpmError> {
+    ) -> Result<(Vec<f64>, Vec<f64>), PcgError> {
         let (n, m) = (g.len(), c.len());
         let eta = -self.stiffness;
         let mut diagonal = vec![0.0; n];
@@ -144,12 +151,7 @@ impl RelaxedKkt {
                 rhs[i] += eta * pull[i];
             }
             let mut correction = vec![0.0; n];
-            pcg(&system, &preconditioner, &rhs, &mut correction, &params).map_err(|error| {
-                MpmError::Solve {
-                    system: "relaxed KKT",
-                    message: error.to_string(),
-                }
-            })?;
+            pcg(&system, &preconditioner, &rhs, &mut correction, &params)?;
             problem.jacobian(&correction, &mut Gdx);
             let mut small = true;
             for i in 0..n {

@@ -24,6 +24,7 @@ mod particles;
 pub mod scenes;
 mod simulation;
 mod step;
+mod stresses;
 mod transfer;
 mod window;
 
@@ -41,4 +42,4 @@ pub use particles::{Particle, Particles};
 pub use simulation::{Energies, Integrator, Settings, Simulation};
 pub use step::FrameInfo;
 pub use transfer::{Apic, ConstantInertia, MlsMpm, Scheme};
-pub use window::{Gather, Node, Scatter, Visit, for_each_row, window_start};
+pub use window::{Gather, Node, Scatter, Visit, rows, window_start};

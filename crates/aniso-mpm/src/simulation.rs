@@ -95,8 +95,8 @@ pub struct Simulation<T, S: Scheme, L, const D: usize> {
     pub(crate) windows: Vec<Node<T>>,
     pub(crate) field: Vec<Node<T>>,
     pub(crate) augmentation: Augmentation<D>,
-    /// Un-degraded Cauchy stresses, workspace of the damage update.
-    pub(crate) sigma: Vec<Mat<T, D>>,
+    /// Kirchhoff stresses, workspace; the damage update makes Cauchy stresses of them.
+    pub(crate) tau: Vec<Mat<T, D>>,
     /// Current volumes, workspace of the damage update.
     pub(crate) current_volume: Vec<T>,
 }
@@ -148,7 +148,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             windows: Vec::new(),
             field: Vec::new(),
             augmentation: Augmentation::new(settings.cell_size, settings.damage_update),
-            sigma: Vec::new(),
+            tau: Vec::new(),
             current_volume: Vec::new(),
         };
         simulation.wave_speed = simulation.fastest_wave();

@@ -7,6 +7,7 @@ use crate::float::{Float, all_finite, worse};
 use crate::law::Law;
 use crate::obstacle::Obstacle;
 use crate::simulation::{Integrator, Simulation};
+use crate::stresses::kirchhoff_stresses;
 use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
 use crate::window::{CHUNK, Node};
 use rayon::prelude::*;
@@ -120,10 +121,14 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
     }
 
     fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
-        let task = ParticlesToGrid::<T, L, S, D> {
+        let forces = dt > 0.0;
+        if forces {
+            let (bodies, d) = (&self.bodies[..], Some(damage));
+            kirchhoff_stresses(&self.particles, bodies, d, |_| true, &mut self.tau);
+        }
+        let task = ParticlesToGrid::<T, S, D> {
             particles: &self.particles,
-            damage,
-            bodies: &self.bodies,
+            tau: forces.then_some(&self.tau[..]),
             h: T::from_f64(self.settings.cell_size),
             dt: T::from_f64(dt),
             scheme: PhantomData,

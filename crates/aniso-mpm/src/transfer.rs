@@ -4,13 +4,11 @@
 //! kernel's own ∇N for forces and for the update of F; MLS-MPM takes `N D⁻¹ (x_i − x_p)`, which it
 //! shares with the affine velocity, so that one product does for both.
 
-use crate::body::Body;
 use crate::float::Float;
 use crate::kernels::{Cubic, Linear, Quadratic, Spline, locate};
-use crate::law::Law;
 use crate::particles::Particles;
-use crate::window::{Node, Scatter, Visit, for_each_row, window_start};
-use fem_kinematics::Mat;
+use crate::window::{Node, Scatter, Visit, row_start, window_start};
+use fem_kinematics::{Mat, Quad};
 use std::marker::PhantomData;
 
 /// A kernel and a way to take gradients.
@@ -46,14 +44,14 @@ const _: fn() = || {
     exists::<Apic<Linear>>();
 };
 
-/// The one-dimensional factors of a transfer.
+/// Where a particle lies in its stencil, and the one-dimensional factors of its weights.
 #[derive(Clone, Copy)]
 struct Factors<T, const D: usize> {
     base: [i32; D],
+    /// Distance from the first node, cells.
+    f: [T; D],
     /// N.
     w: [[T; 4]; D],
-    /// N (x_i − x_p), m.
-    moment: [[T; 4]; D],
     /// dN/dx, 1/m; used by schemes with the kernel's gradient.
     dw: [[T; 4]; D],
 }
@@ -62,124 +60,235 @@ impl<T: Float, const D: usize> Factors<T, D> {
     #[inline(always)]
     fn new<S: Scheme>(x: &[T; D], h: T) -> Self {
         let (base, f) = locate::<S::Kernel, T, D>(x, h);
-        let w: [[T; 4]; D] = core::array::from_fn(|a| S::Kernel::values(f[a]));
-        let moment = core::array::from_fn(|a| {
-            core::array::from_fn(|k| w[a][k] * ((T::from_f64(k as f64) - f[a]) * h))
-        });
-        let dw = if S::KERNEL_GRADIENT {
-            let per_h = T::one() / h;
-            core::array::from_fn(|a| S::Kernel::first(f[a]).map(|v| v * per_h))
-        } else {
-            [[T::zero(); 4]; D]
-        };
-        Self {
-            base,
-            w,
-            moment,
-            dw,
+        let per_h = T::one() / h;
+        let [mut w, mut dw] = [[[T::zero(); 4]; D]; 2];
+        for a in 0..D {
+            w[a] = S::Kernel::values(f[a]);
+            if S::KERNEL_GRADIENT {
+                dw[a] = S::Kernel::first(f[a]);
+                for dw in &mut dw[a] {
+                    *dw *= per_h;
+                }
+            }
         }
+        Self { base, f, w, dw }
     }
 
-    /// Products over all axes but the last: of `w` alone, and with `by` in place of `w` on axis 0
-    /// and on axis 1 (unused in 2D).
+    /// Product of the weights on all axes but the last.
     #[inline(always)]
-    fn row(&self, by: &[[T; 4]; D], i: usize, j: usize) -> (T, [T; 2]) {
+    fn of_row(&self, i: usize, j: usize) -> T {
         if D == 2 {
-            (self.w[0][i], [by[0][i], T::zero()])
+            self.w[0][i]
         } else {
-            (
-                self.w[0][i] * self.w[1][j],
-                [by[0][i] * self.w[1][j], self.w[0][i] * by[1][j]],
-            )
+            self.w[0][i] * self.w[1][j]
         }
     }
 }
 
-#[inline(always)]
-fn add_scaled<T: Float>(sum: &mut [T; 4], s: T, v: &[T; 4]) {
-    sum[0] += s * v[0];
-    sum[1] += s * v[1];
-    sum[2] += s * v[2];
-    sum[3] += s * v[3];
+/// What a particle has for its nodes: `N (constant + Σ_a i_a slope[a]) + Σ_a ∂N/∂x_a by_dw[a]` for
+/// the node with the place i in the stencil.
+///
+/// Places are small whole numbers: counting them takes additions where distances from the
+/// particle take products.
+struct NodeValues<Q, const D: usize> {
+    constant: Q,
+    slope: [Q; D],
+    by_dw: [Q; D],
 }
 
-/// Column a of a matrix as a node vector, times a number.
+impl<Q: Copy, const D: usize> NodeValues<Q, D> {
+    /// `N (rigid + Σ_a (x_i − x_p)_a affine_a) + Σ_a ∂N/∂x_a by_dw_a`, matrices by columns.
+    #[inline(always)]
+    fn new<T: Float>(
+        f: &[T; D],
+        h: T,
+        rigid: Node<T>,
+        affine: &Mat<T, D>,
+        by_dw: &Mat<T, D>,
+    ) -> Self
+    where
+        Q: Quad<T>,
+    {
+        let mut constant = Q::load(&rigid);
+        let mut slope = [constant; D];
+        for a in 0..D {
+            slope[a] = Q::splat(h) * column(affine, a);
+            constant = constant.plus_scaled(-f[a], slope[a]);
+        }
+        let mut columns = [constant; D];
+        for a in 0..D {
+            columns[a] = column(by_dw, a);
+        }
+        Self {
+            constant,
+            slope,
+            by_dw: columns,
+        }
+    }
+}
+
+/// Column a of a matrix as the values of a node.
 #[inline(always)]
-fn column<T: Float, const D: usize>(m: &Mat<T, D>, a: usize) -> [T; 4] {
-    core::array::from_fn(|c| if c < D { m.0[c][a] } else { T::zero() })
+fn column<Q: Quad<T>, T: Float, const D: usize>(m: &Mat<T, D>, a: usize) -> Q {
+    let mut column = [T::zero(); 4];
+    for c in 0..D {
+        column[c] = m.0[c][a];
+    }
+    Q::load(&column)
+}
+
+/// Adds values to the nodes under a particle, `by_dw` only with the kernel's gradient.
+///
+/// Plain loops, no closures, see [`Quad`]. What depends on the row alone is multiplied once for
+/// it; one multiply-add and one addition are left for each node.
+#[inline(always)]
+fn add_to_nodes<Q: Quad<T>, S: Scheme, T: Float, const D: usize>(
+    factors: &Factors<T, D>,
+    values: &NodeValues<Q, D>,
+    origin: [i32; D],
+    window: &mut [Node<T>],
+) {
+    let Factors { w, dw, .. } = factors;
+    let (last, width) = (D - 1, S::Kernel::WIDTH);
+    let start = window_start::<S::Kernel, D>(factors.base, origin);
+    let mut plane = values.constant;
+    for i in 0..width {
+        let mut line = plane;
+        for j in 0..(if D == 2 { 1 } else { width }) {
+            let weight = Q::splat(factors.of_row(i, j));
+            let (mut row, step) = (weight * line, weight * values.slope[last]);
+            let by_dw = weight * values.by_dw[last];
+            if S::KERNEL_GRADIENT {
+                let across = if D == 2 { T::one() } else { w[1][j] };
+                row = row.plus_scaled(dw[0][i] * across, values.by_dw[0]);
+                if D == 3 {
+                    row = row.plus_scaled(w[0][i] * dw[1][j], values.by_dw[1]);
+                }
+            }
+            let first = row_start::<S::Kernel, D>(start, i, j);
+            for (k, node) in window[first..first + width].iter_mut().enumerate() {
+                let mut sum = Q::load(node).plus_scaled(w[last][k], row);
+                if S::KERNEL_GRADIENT {
+                    sum = sum.plus_scaled(dw[last][k], by_dw);
+                }
+                sum.store(node);
+                row = row + step;
+            }
+            line = line + values.slope[1];
+        }
+        plane = plane + values.slope[0];
+    }
+}
+
+/// The transpose of [`add_to_nodes`]: sums of the nodes' values times N, N i_a and, with the
+/// kernel's gradient, ∂N/∂x_a.
+///
+/// From the last node to the first: a running sum added once per step counts the places.
+#[inline(always)]
+fn sum_over_nodes<Q: Quad<T>, S: Scheme, T: Float, const D: usize>(
+    factors: &Factors<T, D>,
+    origin: [i32; D],
+    window: &[Node<T>],
+) -> NodeValues<Q, D> {
+    let Factors { w, dw, .. } = factors;
+    let (last, width) = (D - 1, S::Kernel::WIDTH);
+    let start = window_start::<S::Kernel, D>(factors.base, origin);
+    let zero = Q::splat(T::zero());
+    let mut total = NodeValues {
+        constant: zero,
+        slope: [zero; D],
+        by_dw: [zero; D],
+    };
+    for i in (0..width).rev() {
+        let mut plane = NodeValues {
+            constant: zero,
+            slope: [zero; D],
+            by_dw: [zero; D],
+        };
+        for j in (0..(if D == 2 { 1 } else { width })).rev() {
+            let (mut row, mut places, mut by_dw) = (zero, zero, zero);
+            let first = row_start::<S::Kernel, D>(start, i, j);
+            for (k, node) in window[first..first + width].iter().enumerate().rev() {
+                let node = Q::load(node);
+                row = row.plus_scaled(w[last][k], node);
+                if k > 0 {
+                    places = places + row;
+                }
+                if S::KERNEL_GRADIENT {
+                    by_dw = by_dw.plus_scaled(dw[last][k], node);
+                }
+            }
+            if D == 2 {
+                plane.constant = row;
+                plane.slope[last] = places;
+                plane.by_dw[last] = by_dw;
+            } else {
+                plane.constant = plane.constant.plus_scaled(w[1][j], row);
+                plane.slope[last] = plane.slope[last].plus_scaled(w[1][j], places);
+                if j > 0 {
+                    plane.slope[1] = plane.slope[1] + plane.constant;
+                }
+                if S::KERNEL_GRADIENT {
+                    plane.by_dw[1] = plane.by_dw[1].plus_scaled(dw[1][j], row);
+                    plane.by_dw[last] = plane.by_dw[last].plus_scaled(w[1][j], by_dw);
+                }
+            }
+        }
+        total.constant = total.constant.plus_scaled(w[0][i], plane.constant);
+        if i > 0 {
+            total.slope[0] = total.slope[0] + total.constant;
+        }
+        for a in 1..D {
+            total.slope[a] = total.slope[a].plus_scaled(w[0][i], plane.slope[a]);
+        }
+        if S::KERNEL_GRADIENT {
+            total.by_dw[0] = total.by_dw[0].plus_scaled(dw[0][i], plane.constant);
+            for a in 1..D {
+                total.by_dw[a] = total.by_dw[a].plus_scaled(w[0][i], plane.by_dw[a]);
+            }
+        }
+    }
+    total
 }
 
 /// Mass and momentum, with Δt times the internal force: node = (momentum, …, mass at entry 3).
-pub(crate) struct ParticlesToGrid<'a, T, L, S, const D: usize> {
+pub(crate) struct ParticlesToGrid<'a, T, S, const D: usize> {
     pub particles: &'a Particles<T, D>,
-    /// Damage that degrades the stress.
-    pub damage: &'a [T],
-    pub bodies: &'a [Body<L, D>],
+    /// Kirchhoff stresses P Fᵀ for the internal force; without them mass and momentum move alone.
+    pub tau: Option<&'a [Mat<T, D>]>,
     pub h: T,
-    /// Time step for the internal force; 0 moves mass and momentum only.
     pub dt: T,
     pub scheme: PhantomData<S>,
 }
 
-impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Scatter<T, D>
-    for ParticlesToGrid<'_, T, L, S, D>
-{
+impl<T: Float, S: Scheme, const D: usize> Scatter<T, D> for ParticlesToGrid<'_, T, S, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<T>]) {
+    fn scatter<Q: Quad<T>>(&self, p: usize, origin: [i32; D], window: &mut [Node<T>]) {
         let particles = self.particles;
-        let (m, F) = (particles.mass[p], &particles.F[p]);
+        let m = particles.mass[p];
         let factors = Factors::<T, D>::new::<S>(&particles.x[p], self.h);
-        let law = &self.bodies[particles.body[p] as usize].law;
-        // Δt V₀ P Fᵀ: the impulse on node i is minus this times ∇N_i.
-        let impulse = law
-            .stress(F, self.damage[p])
-            .mul_tr(F)
-            .scale(-self.dt * particles.volume[p]);
         let mut affine = particles.C[p].scale(m);
-        if let (false, Some(inertia)) = (S::KERNEL_GRADIENT, S::Kernel::INERTIA) {
-            affine += impulse.scale(T::from_f64(1.0 / inertia) / (self.h * self.h));
+        let mut impulse = Mat::zeros();
+        if let Some(tau) = self.tau {
+            // Δt V₀ P Fᵀ: the impulse on node i is minus this times ∇N_i.
+            impulse = tau[p].scale(-self.dt * particles.volume[p]);
+            if let (false, Some(inertia)) = (S::KERNEL_GRADIENT, S::Kernel::INERTIA) {
+                affine += impulse.scale(T::from_f64(1.0 / inertia) / (self.h * self.h));
+            }
         }
         let mut rigid = [T::zero(); 4];
         for c in 0..D {
             rigid[c] = m * particles.v[p][c];
         }
         rigid[3] = m;
-        let A: [[T; 4]; D] = core::array::from_fn(|a| column(&affine, a));
-        let G: [[T; 4]; D] = core::array::from_fn(|a| column(&impulse, a));
-        let last = D - 1;
-        let start = window_start::<S::Kernel, D>(factors.base, origin);
-        for_each_row::<S::Kernel, D>(start, |first, i, j| {
-            let (w, moment) = factors.row(&factors.moment, i, j);
-            let mut by_w = rigid.map(|r| w * r);
-            let by_moment = A[last].map(|a| w * a);
-            let mut by_dw = [T::zero(); 4];
-            for a in 0..last {
-                add_scaled(&mut by_w, moment[a], &A[a]);
-            }
-            if S::KERNEL_GRADIENT {
-                let (_, dw) = factors.row(&factors.dw, i, j);
-                for a in 0..last {
-                    add_scaled(&mut by_w, dw[a], &G[a]);
-                }
-                by_dw = G[last].map(|g| w * g);
-            }
-            let row = &mut window[first..first + S::Kernel::WIDTH];
-            for (k, node) in row.iter_mut().enumerate() {
-                let mut sum = *node;
-                add_scaled(&mut sum, factors.w[last][k], &by_w);
-                add_scaled(&mut sum, factors.moment[last][k], &by_moment);
-                if S::KERNEL_GRADIENT {
-                    add_scaled(&mut sum, factors.dw[last][k], &by_dw);
-                }
-                *node = sum;
-            }
-        });
+        let values = NodeValues::<Q, D>::new(&factors.f, self.h, rigid, &affine, &impulse);
+        add_to_nodes::<Q, S, T, D>(&factors, &values, origin, window);
     }
 }
 
 /// Adds S ∇N_i (or its moving-least-squares twin) to the nodes under a particle at x.
 #[inline(always)]
-pub(crate) fn spread_stress<T: Float, S: Scheme, const D: usize>(
+pub(crate) fn spread_stress<T: Float, Q: Quad<T>, S: Scheme, const D: usize>(
     x: &[T; D],
     h: T,
     stress: &Mat<T, D>,
@@ -187,26 +296,12 @@ pub(crate) fn spread_stress<T: Float, S: Scheme, const D: usize>(
     window: &mut [Node<T>],
 ) {
     let factors = Factors::<T, D>::new::<S>(x, h);
-    let (by, scale) = match (S::KERNEL_GRADIENT, S::Kernel::INERTIA) {
-        (false, Some(inertia)) => (&factors.moment, T::from_f64(1.0 / inertia) / (h * h)),
-        _ => (&factors.dw, T::one()),
-    };
-    let columns: [[T; 4]; D] = core::array::from_fn(|a| column(&stress.scale(scale), a));
-    let last = D - 1;
-    let start = window_start::<S::Kernel, D>(factors.base, origin);
-    for_each_row::<S::Kernel, D>(start, |first, i, j| {
-        let (w, row_by) = factors.row(by, i, j);
-        let mut by_w = [T::zero(); 4];
-        for a in 0..last {
-            add_scaled(&mut by_w, row_by[a], &columns[a]);
-        }
-        let by_last = columns[last].map(|c| w * c);
-        let row = &mut window[first..first + S::Kernel::WIDTH];
-        for (k, node) in row.iter_mut().enumerate() {
-            add_scaled(node, factors.w[last][k], &by_w);
-            add_scaled(node, by[last][k], &by_last);
-        }
-    });
+    let mut affine = Mat::zeros();
+    if let (false, Some(inertia)) = (S::KERNEL_GRADIENT, S::Kernel::INERTIA) {
+        affine = stress.scale(T::from_f64(1.0 / inertia) / (h * h));
+    }
+    let values = NodeValues::<Q, D>::new(&factors.f, h, [T::zero(); 4], &affine, stress);
+    add_to_nodes::<Q, S, T, D>(&factors, &values, origin, window);
 }
 
 /// What a particle reads from the velocities on the grid.
@@ -221,56 +316,54 @@ pub(crate) struct Motion<T, const D: usize> {
 
 /// Velocity, affine velocity and velocity gradient at a particle.
 #[inline(always)]
-pub(crate) fn read_motion<T: Float, S: Scheme, const D: usize>(
+pub(crate) fn read_motion<T: Float, Q: Quad<T>, S: Scheme, const D: usize>(
     x: &[T; D],
     h: T,
     origin: [i32; D],
     window: &[Node<T>],
 ) -> Motion<T, D> {
     let factors = Factors::<T, D>::new::<S>(x, h);
-    let start = window_start::<S::Kernel, D>(factors.base, origin);
-    let last = D - 1;
+    let sums = sum_over_nodes::<Q, S, T, D>(&factors, origin, window);
     let mut v = [T::zero(); 4];
-    let mut B = [[T::zero(); 4]; D];
-    let mut G = [[T::zero(); 4]; D];
-    for_each_row::<S::Kernel, D>(start, |first, i, j| {
-        let row = &window[first..first + S::Kernel::WIDTH];
-        let (mut by_w, mut by_moment, mut by_dw) = ([T::zero(); 4], [T::zero(); 4], [T::zero(); 4]);
-        for (k, node) in row.iter().enumerate() {
-            add_scaled(&mut by_w, factors.w[last][k], node);
-            add_scaled(&mut by_moment, factors.moment[last][k], node);
-            if S::KERNEL_GRADIENT {
-                add_scaled(&mut by_dw, factors.dw[last][k], node);
-            }
-        }
-        let (w, moment) = factors.row(&factors.moment, i, j);
-        add_scaled(&mut v, w, &by_w);
-        for a in 0..last {
-            add_scaled(&mut B[a], moment[a], &by_w);
-        }
-        add_scaled(&mut B[last], w, &by_moment);
-        if S::KERNEL_GRADIENT {
-            let (_, dw) = factors.row(&factors.dw, i, j);
-            for a in 0..last {
-                add_scaled(&mut G[a], dw[a], &by_w);
-            }
-            add_scaled(&mut G[last], w, &by_dw);
-        }
-    });
-    let gradient = Mat::from_fn(|c, a| G[a][c]);
+    sums.constant.store(&mut v);
+    let mut gradient = Mat::zeros();
+    if S::KERNEL_GRADIENT {
+        gradient = from_columns(&sums.by_dw);
+    }
     let C = match S::Kernel::INERTIA {
         Some(inertia) => {
-            let per_inertia = T::from_f64(1.0 / inertia) / (h * h);
-            Mat::from_fn(|c, a| B[a][c] * per_inertia)
+            // Σ N v (x_i − x_p)_a = h (Σ N v i_a − f_a Σ N v), over the inertia.
+            let scale = Q::splat(T::from_f64(1.0 / inertia) / h);
+            let mut columns = sums.slope;
+            for a in 0..D {
+                columns[a] = scale * columns[a].plus_scaled(-factors.f[a], sums.constant);
+            }
+            from_columns(&columns)
         }
         // The linear kernel has no constant inertia: its affine part is the gradient itself.
         None => gradient,
     };
+    let mut velocity = [T::zero(); D];
+    velocity.copy_from_slice(&v[..D]);
     Motion {
-        v: core::array::from_fn(|c| v[c]),
+        v: velocity,
         C,
         gradient: if S::KERNEL_GRADIENT { gradient } else { C },
     }
+}
+
+/// The matrix with these columns.
+#[inline(always)]
+fn from_columns<Q: Quad<T>, T: Float, const D: usize>(columns: &[Q; D]) -> Mat<T, D> {
+    let mut m = Mat::zeros();
+    for a in 0..D {
+        let mut column = [T::zero(); 4];
+        columns[a].store(&mut column);
+        for c in 0..D {
+            m.0[c][a] = column[c];
+        }
+    }
+    m
 }
 
 /// One chunk of the particles' next state, in sorted order.
@@ -307,9 +400,9 @@ pub(crate) struct GridToParticles<'a, 'b, T, S, const D: usize> {
 
 impl<T: Float, S: Scheme, const D: usize> Visit<T, D> for GridToParticles<'_, '_, T, S, D> {
     #[inline(always)]
-    fn visit(&mut self, rank: usize, p: usize, origin: [i32; D], window: &[Node<T>]) {
+    fn visit<Q: Quad<T>>(&mut self, rank: usize, p: usize, origin: [i32; D], window: &[Node<T>]) {
         let (x, F) = (&self.particles.x[p], &self.particles.F[p]);
-        let motion = read_motion::<T, S, D>(x, self.h, origin, window);
+        let motion = read_motion::<T, Q, S, D>(x, self.h, origin, window);
         let step = motion.gradient.scale(self.dt);
         let at = rank - self.first;
         let new_x: [T; D] = core::array::from_fn(|a| x[a] + self.dt * motion.v[a]);

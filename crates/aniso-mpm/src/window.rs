@@ -7,11 +7,11 @@
 
 use crate::binning::{Binning, NONE, corner};
 use crate::blocks::{BLOCK_NODES, block_side};
-use crate::dispatch::dispatch;
 use crate::float::Float;
 use crate::kernels::Spline;
-use fem_kinematics::Kernel;
+use fem_kinematics::{Quad, QuadKernel, dispatch_quads};
 use rayon::prelude::*;
+use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Four numbers on a node; what they mean is the transfer's business.
@@ -23,13 +23,20 @@ pub(crate) const CHUNK: usize = 1024;
 /// What a particle adds to the nodes under it.
 pub trait Scatter<T, const D: usize>: Sync {
     /// Adds particle `particle` to a window whose first node is `origin`; mark `#[inline(always)]`.
-    fn scatter(&self, particle: usize, origin: [i32; D], window: &mut [Node<T>]);
+    /// `Q` holds one node in the registers of this processor.
+    fn scatter<Q: Quad<T>>(&self, particle: usize, origin: [i32; D], window: &mut [Node<T>]);
 }
 
 /// What a particle does with the nodes under it.
 pub trait Visit<T, const D: usize> {
     /// Particle `particle`, number `rank` in sorted order; mark `#[inline(always)]`.
-    fn visit(&mut self, rank: usize, particle: usize, origin: [i32; D], window: &[Node<T>]);
+    fn visit<Q: Quad<T>>(
+        &mut self,
+        rank: usize,
+        particle: usize,
+        origin: [i32; D],
+        window: &[Node<T>],
+    );
 }
 
 /// Position in a window of the first stencil node.
@@ -42,29 +49,54 @@ pub fn window_start<K: Spline, const D: usize>(base: [i32; D], origin: [i32; D])
     at
 }
 
-/// Calls `visit(first, i, j)` for every row of stencil nodes along the last axis: `first` is the
-/// row's place in the window, `i` (and in 3D `j`) its place in the stencil on the other axes.
+/// Position in a window of the row of stencil nodes along the last axis that is number `i` (and in
+/// 3D `j`) on the other axes, for a stencil that begins at `start`.
 #[inline(always)]
-pub fn for_each_row<K: Spline, const D: usize>(
-    start: usize,
-    mut visit: impl FnMut(usize, usize, usize),
-) {
+pub(crate) fn row_start<K: Spline, const D: usize>(start: usize, i: usize, j: usize) -> usize {
     let reach = Binning::<K, D>::reach();
-    let inner = if D == 2 { 1 } else { K::WIDTH };
-    // Counted by hand: builds without inlining pay for every step of a range.
-    let mut i = 0;
-    while i < K::WIDTH {
-        let mut j = 0;
-        while j < inner {
-            let first = if D == 2 {
-                start + i * reach
-            } else {
-                start + (i * reach + j) * reach
-            };
-            visit(first, i, j);
-            j += 1;
+    if D == 2 {
+        start + i * reach
+    } else {
+        start + (i * reach + j) * reach
+    }
+}
+
+/// The rows of stencil nodes along the last axis, for a stencil that begins at `start`: each
+/// row's place in the window, and its place `i` (and in 3D `j`) in the stencil on the other axes.
+///
+/// An iterator and not a function that takes a closure: the body of a `for` loop is compiled with
+/// the instructions of the kernel around it, a closure that is not inlined is not.
+#[inline(always)]
+pub fn rows<K: Spline, const D: usize>(start: usize) -> Rows<K, D> {
+    Rows {
+        start,
+        i: 0,
+        j: 0,
+        kernel: PhantomData,
+    }
+}
+
+/// See [`rows`].
+#[derive(Clone, Debug)]
+pub struct Rows<K, const D: usize> {
+    start: usize,
+    i: usize,
+    j: usize,
+    kernel: PhantomData<K>,
+}
+impl<K: Spline, const D: usize> Iterator for Rows<K, D> {
+    type Item = (usize, usize, usize);
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let (i, j) = (self.i, self.j);
+        if i >= K::WIDTH {
+            return None;
         }
-        i += 1;
+        self.j += 1;
+        if D == 2 || self.j == K::WIDTH {
+            (self.i, self.j) = (i + 1, 0);
+        }
+        Some((row_start::<K, D>(self.start, i, j), i, j))
     }
 }
 
@@ -74,13 +106,13 @@ struct FillWindow<'a, S, T, const D: usize> {
     origin: [i32; D],
     window: &'a mut [Node<T>],
 }
-impl<T: Float, S: Scatter<T, D>, const D: usize> Kernel for FillWindow<'_, S, T, D> {
+impl<T: Float, S: Scatter<T, D>, const D: usize> QuadKernel<T> for FillWindow<'_, S, T, D> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<Q: Quad<T>>(self) {
         self.window.fill([T::zero(); 4]);
         for &p in self.particles {
-            self.task.scatter(p as usize, self.origin, self.window);
+            self.task.scatter::<Q>(p as usize, self.origin, self.window);
         }
     }
 }
@@ -92,13 +124,13 @@ struct ReadWindow<'a, V, T, const D: usize> {
     origin: [i32; D],
     window: &'a [Node<T>],
 }
-impl<T: Float, V: Visit<T, D>, const D: usize> Kernel for ReadWindow<'_, V, T, D> {
+impl<T: Float, V: Visit<T, D>, const D: usize> QuadKernel<T> for ReadWindow<'_, V, T, D> {
     type Output = ();
     #[inline(always)]
-    fn run(self) {
+    fn run<Q: Quad<T>>(self) {
         for rank in self.ranks {
             let p = self.order[rank] as usize;
-            self.visitor.visit(rank, p, self.origin, self.window);
+            self.visitor.visit::<Q>(rank, p, self.origin, self.window);
         }
     }
 }
@@ -132,7 +164,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             .enumerate()
             .for_each(|(home, window)| {
                 let ranks = self.starts[home] as usize..self.starts[home + 1] as usize;
-                dispatch(FillWindow {
+                dispatch_quads(FillWindow {
                     task,
                     particles: &self.order[ranks],
                     origin: self.origin(home),
@@ -209,7 +241,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
                     window[to..to + count].copy_from_slice(&block[from..from + count]);
                 });
             }
-            dispatch(ReadWindow {
+            dispatch_quads(ReadWindow {
                 visitor,
                 order: &self.order,
                 ranks: rank..end,
@@ -250,7 +282,12 @@ pub trait Gather<T, const D: usize>: Sync {
     type Output;
     /// Reads for particle `particle` from a window whose first node is `origin`; mark
     /// `#[inline(always)]`.
-    fn gather(&self, particle: usize, origin: [i32; D], window: &[Node<T>]) -> Self::Output;
+    fn gather<Q: Quad<T>>(
+        &self,
+        particle: usize,
+        origin: [i32; D],
+        window: &[Node<T>],
+    ) -> Self::Output;
 }
 
 struct Collect<'a, G, R> {
@@ -258,9 +295,15 @@ struct Collect<'a, G, R> {
     first: usize,
     out: &'a mut [R],
 }
-impl<T, R, G: Gather<T, D, Output = R>, const D: usize> Visit<T, D> for Collect<'_, G, R> {
+impl<T: Copy, R, G: Gather<T, D, Output = R>, const D: usize> Visit<T, D> for Collect<'_, G, R> {
     #[inline(always)]
-    fn visit(&mut self, rank: usize, particle: usize, origin: [i32; D], window: &[Node<T>]) {
-        self.out[rank - self.first] = self.read.gather(particle, origin, window);
+    fn visit<Q: Quad<T>>(
+        &mut self,
+        rank: usize,
+        particle: usize,
+        origin: [i32; D],
+        window: &[Node<T>],
+    ) {
+        self.out[rank - self.first] = self.read.gather::<Q>(particle, origin, window);
     }
 }

@@ -22,7 +22,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | numbers | [`Real`], [`Lanes`], [`Dual`]; [`dispatch`] and [`dispatch_packed`] choose the processor's instructions |
+//! | numbers | [`Real`], [`Lanes`], [`Dual`]; [`dispatch`], [`dispatch_packed`] and [`dispatch_quads`] choose the processor's instructions |
 //! | small algebra | [`Mat`], [`Tensor4`] (dP/dF), [`to_flat`] and [`from_flat`] (9×9 orders), [`Tensor4::project`] |
 //! | elements | [`RestShape`], [`shape_matrix`], [`deformation_gradient`], [`flatten_triangle`] |
 //! | decompositions | [`signed_svd`], [`polar`], [`signed_qr`], [`symmetric_eigen`], each with its derivatives |
@@ -56,7 +56,10 @@ mod tensor4_projection;
 mod voigt9;
 
 pub use checked::Checked;
-pub use dispatch::{Kernel, Pack, PackedKernel, dispatch, dispatch_packed};
+pub use dispatch::{
+    Kernel, Pack, PackedKernel, Quad, QuadKernel, QuadScalar, dispatch, dispatch_packed,
+    dispatch_quads,
+};
 pub use dual::Dual;
 pub use invariants::{
     DeviatoricInvariants, Invariants, determinant_minus_one, left_cauchy_green, log_determinant,

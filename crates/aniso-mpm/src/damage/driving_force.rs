@@ -7,10 +7,15 @@ use fem_kinematics::{Mat, Real, symmetric_eigen};
 /// Cauchy stress σ = P Fᵀ/J from a first Piola-Kirchhoff stress; 0 where J = 0.
 #[inline(always)]
 pub fn cauchy_stress<T: Real, const D: usize>(P: &Mat<T, D>, F: &Mat<T, D>) -> Mat<T, D> {
-    let J = F.determinant();
+    cauchy_from_kirchhoff(&P.mul_tr(F), F.determinant())
+}
+
+/// Cauchy stress σ = τ/J from a Kirchhoff stress τ = P Fᵀ; 0 where J = 0.
+#[inline(always)]
+pub(crate) fn cauchy_from_kirchhoff<T: Real, const D: usize>(tau: &Mat<T, D>, J: T) -> Mat<T, D> {
     let flat = J.abs().le(T::zero());
     let per_volume = T::select(flat, T::zero(), T::select(flat, T::one(), J).recip());
-    P.mul_tr(F).symmetric_part().scale(per_volume)
+    tau.symmetric_part().scale(per_volume)
 }
 
 /// max(a, b), and a where a is NaN: a stress that is not a number must not pass for none.

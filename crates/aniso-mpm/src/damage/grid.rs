@@ -4,7 +4,8 @@ use crate::binning::Binning;
 use crate::error::{MpmError, same_length};
 use crate::float::Float;
 use crate::kernels::{Cubic, Spline, Stencil};
-use crate::window::{Gather, Node, Scatter, for_each_row, window_start};
+use crate::window::{Gather, Node, Scatter, rows, window_start};
+use fem_kinematics::Quad;
 
 /// The grid of a damage update: cubic B-splines, and only where there are particles.
 #[derive(Clone, Debug)]
@@ -96,7 +97,7 @@ struct DamageToGrid<'a, T, const D: usize> {
 }
 impl<T: Float, const D: usize> Scatter<f64, D> for DamageToGrid<'_, T, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
         add_weighted(
             &stencil,
@@ -116,7 +117,7 @@ pub(crate) fn add_weighted<const D: usize>(
     window: &mut [Node<f64>],
 ) {
     let start = window_start::<Cubic, D>(stencil.base, origin);
-    for_each_row::<Cubic, D>(start, |first, i, j| {
+    for (first, i, j) in rows::<Cubic, D>(start) {
         let w = row_product(&stencil.w, &stencil.w, i, j)[D - 1];
         for (k, node) in window[first..first + Cubic::WIDTH].iter_mut().enumerate() {
             let weight = w * stencil.w[D - 1][k];
@@ -125,7 +126,7 @@ pub(crate) fn add_weighted<const D: usize>(
             node[2] += weight * payload[2];
             node[3] += weight * payload[3];
         }
-    });
+    }
 }
 
 /// For every axis the product over the axes but the last of `w`, with `by` in place of `w` on that
@@ -156,13 +157,13 @@ struct ReadLaplacian<'a, const D: usize> {
 impl<const D: usize> Gather<f64, D> for ReadLaplacian<'_, D> {
     type Output = f64;
     #[inline(always)]
-    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
+    fn gather<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
         let start = window_start::<Cubic, D>(stencil.base, origin);
         let last = D - 1;
         let mut sum = 0.0;
         // ERRATUM: N'' is with respect to x and carries 1/h² (alg. 4, line 5).
-        for_each_row::<Cubic, D>(start, |first, i, j| {
+        for (first, i, j) in rows::<Cubic, D>(start) {
             let (mut by_w, mut by_ddw) = (0.0, 0.0);
             for (k, node) in window[first..first + Cubic::WIDTH].iter().enumerate() {
                 by_w += stencil.w[last][k] * node[0];
@@ -173,7 +174,7 @@ impl<const D: usize> Gather<f64, D> for ReadLaplacian<'_, D> {
                 sum += factor * by_w;
             }
             sum += factors[last] * by_ddw;
-        });
+        }
         sum
     }
 }
@@ -185,16 +186,16 @@ struct ReadValue<'a, const D: usize> {
 impl<const D: usize> Gather<f64, D> for ReadValue<'_, D> {
     type Output = f64;
     #[inline(always)]
-    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
+    fn gather<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
         let start = window_start::<Cubic, D>(stencil.base, origin);
         let mut sum = 0.0;
-        for_each_row::<Cubic, D>(start, |first, i, j| {
+        for (first, i, j) in rows::<Cubic, D>(start) {
             let w = row_product(&stencil.w, &stencil.w, i, j)[D - 1];
             for (k, node) in window[first..first + Cubic::WIDTH].iter().enumerate() {
                 sum += w * stencil.w[D - 1][k] * node[0];
             }
-        });
+        }
         sum
     }
 }

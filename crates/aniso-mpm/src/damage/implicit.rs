@@ -5,7 +5,8 @@ use super::parameters::DamageParameters;
 use crate::error::{MpmError, same_length};
 use crate::float::{Float, worse};
 use crate::kernels::{Cubic, Spline, Stencil};
-use crate::window::{Gather, Node, Scatter, for_each_row, window_start};
+use crate::window::{Gather, Node, Scatter, rows, window_start};
+use fem_kinematics::Quad;
 use fem_solvers::{Identity, LinearOperator, PcgParams, Structure, pcg};
 
 /// Which damage stands inside the particle sum of c_i (alg. 9, line 2).
@@ -276,7 +277,7 @@ struct WeightedSums<'a, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for WeightedSums<'_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
         add_weighted(&stencil, self.payload[p], origin, window);
     }
@@ -288,12 +289,12 @@ struct ReadFlux<'a, 'g, const D: usize> {
 impl<const D: usize> Gather<f64, D> for ReadFlux<'_, '_, D> {
     type Output = [f64; 4];
     #[inline(always)]
-    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> [f64; 4] {
+    fn gather<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> [f64; 4] {
         let (stencil, gradient) = self.system.theta(p);
         let start = window_start::<Cubic, D>(stencil.base, origin);
         let last = D - 1;
         let mut flux = [0.0; 4];
-        for_each_row::<Cubic, D>(start, |first, i, j| {
+        for (first, i, j) in rows::<Cubic, D>(start) {
             let (mut by_w, mut by_g) = (0.0, 0.0);
             for (k, node) in window[first..first + Cubic::WIDTH].iter().enumerate() {
                 by_w += stencil.w[last][k] * node[0];
@@ -304,7 +305,7 @@ impl<const D: usize> Gather<f64, D> for ReadFlux<'_, '_, D> {
                 flux[a] += factors[a] * by_w;
             }
             flux[last] += factors[last] * by_g;
-        });
+        }
         flux.map(|f| f * self.system.diffusion[p])
     }
 }
@@ -315,11 +316,11 @@ struct SpreadFlux<'a, 'g, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for SpreadFlux<'_, '_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let (stencil, gradient) = self.system.theta(p);
         let start = window_start::<Cubic, D>(stencil.base, origin);
         let (last, flux) = (D - 1, self.flux[p]);
-        for_each_row::<Cubic, D>(start, |first, i, j| {
+        for (first, i, j) in rows::<Cubic, D>(start) {
             let factors = row_product(&stencil.w, &gradient, i, j);
             let mut by_w = 0.0;
             for a in 0..last {
@@ -329,7 +330,7 @@ impl<const D: usize> Scatter<f64, D> for SpreadFlux<'_, '_, D> {
             for (k, node) in window[first..first + Cubic::WIDTH].iter_mut().enumerate() {
                 node[0] += stencil.w[last][k] * by_w + gradient[last][k] * by_g;
             }
-        });
+        }
     }
 }
 
@@ -338,11 +339,11 @@ struct FluxDiagonal<'a, 'g, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for FluxDiagonal<'_, '_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let (stencil, gradient) = self.system.theta(p);
         let start = window_start::<Cubic, D>(stencil.base, origin);
         let last = D - 1;
-        for_each_row::<Cubic, D>(start, |first, i, j| {
+        for (first, i, j) in rows::<Cubic, D>(start) {
             let factors = row_product(&stencil.w, &gradient, i, j);
             for (k, node) in window[first..first + Cubic::WIDTH].iter_mut().enumerate() {
                 let mut square = (factors[last] * gradient[last][k]).powi(2);
@@ -351,6 +352,6 @@ impl<const D: usize> Scatter<f64, D> for FluxDiagonal<'_, '_, D> {
                 }
                 node[0] += self.system.diffusion[p] * square;
             }
-        });
+        }
     }
 }

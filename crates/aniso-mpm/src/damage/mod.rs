@@ -14,6 +14,7 @@ mod parameters;
 
 pub use augmentation::{Augmentation, DamageInput, DamageOutput, DamageUpdate, ModelOf};
 pub use directors::{Director, Directors};
+pub(crate) use driving_force::cauchy_from_kirchhoff;
 pub use driving_force::{cauchy_stress, crack_stress, driving_force, tensile_part};
 pub use explicit::{explicit_update, geometric_resistance};
 pub use grid::DamageGrid;

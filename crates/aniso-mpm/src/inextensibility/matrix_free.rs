@@ -4,8 +4,8 @@ use crate::binning::Binning;
 use crate::error::{MpmError, same_length};
 use crate::float::Float;
 use crate::kernels::{Linear, Quadratic, Spline, Stencil};
-use crate::window::{Gather, Node, Scatter, for_each_row, window_start};
-use fem_kinematics::{Mat, dot};
+use crate::window::{Gather, Node, Scatter, rows, window_start};
+use fem_kinematics::{Mat, Quad, dot};
 
 /// Particles with a fibre direction, sorted on a grid.
 ///
@@ -165,7 +165,7 @@ struct SpreadMass<'a, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for SpreadMass<'_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = self.grid.nodes_of(p);
         each_node(&stencil, origin, |at, n| {
             window[at][0] += stencil.weight(n) * self.mass[p];
@@ -179,7 +179,7 @@ struct SpreadStress<'a, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for SpreadStress<'_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = self.grid.nodes_of(p);
         let stress = self.sigma[p].scale(self.grid.volume[p]);
         each_node(&stencil, origin, |at, n| {
@@ -197,7 +197,7 @@ struct SpreadTension<'a, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for SpreadTension<'_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = self.grid.nodes_of(p);
         let a = self.grid.a[p];
         let tension = self.tension[p] * self.grid.volume[p];
@@ -216,7 +216,7 @@ struct ReadStretchRate<'a, const D: usize> {
 impl<const D: usize> Gather<f64, D> for ReadStretchRate<'_, D> {
     type Output = f64;
     #[inline(always)]
-    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
+    fn gather<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
         let stencil = self.grid.nodes_of(p);
         let a = self.grid.a[p];
         let mut rate = 0.0;
@@ -234,7 +234,7 @@ struct SpreadToCells<'a, const D: usize> {
 }
 impl<const D: usize> Scatter<f64, D> for SpreadToCells<'_, D> {
     #[inline(always)]
-    fn scatter(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
+    fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = self.grid.cells_of(p);
         let value = self.value[p] * self.grid.volume[p];
         each_cell(&stencil, origin, |at, n| {
@@ -249,7 +249,7 @@ struct ReadCells<'a, const D: usize> {
 impl<const D: usize> Gather<f64, D> for ReadCells<'_, D> {
     type Output = f64;
     #[inline(always)]
-    fn gather(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
+    fn gather<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &[Node<f64>]) -> f64 {
         let stencil = self.grid.cells_of(p);
         let mut sum = 0.0;
         each_cell(&stencil, origin, |at, n| {
@@ -267,11 +267,11 @@ fn each_node<const D: usize>(
     mut visit: impl FnMut(usize, [usize; D]),
 ) {
     let start = window_start::<Quadratic, D>(stencil.base, origin);
-    for_each_row::<Quadratic, D>(start, |first, i, j| {
+    for (first, i, j) in rows::<Quadratic, D>(start) {
         for k in 0..Quadratic::WIDTH {
             visit(first + k, place(i, j, k));
         }
-    });
+    }
 }
 
 /// Every cell of a linear stencil, in the window of the quadratic one.
@@ -282,13 +282,13 @@ fn each_cell<const D: usize>(
     mut visit: impl FnMut(usize, [usize; D]),
 ) {
     let start = window_start::<Quadratic, D>(stencil.base, origin);
-    for_each_row::<Quadratic, D>(start, |first, i, j| {
+    for (first, i, j) in rows::<Quadratic, D>(start) {
         if i < 2 && j < 2 {
             for k in 0..2 {
                 visit(first + k, place(i, j, k));
             }
         }
-    });
+    }
 }
 
 #[inline(always)]

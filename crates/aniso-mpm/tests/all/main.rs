@@ -5,6 +5,7 @@ mod damage;
 mod elasticity;
 mod fracture;
 mod inextensible;
+mod kkt;
 mod scenes;
 mod stability;
 

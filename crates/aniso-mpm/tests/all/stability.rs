@@ -405,3 +405,39 @@ fn newton_names_what_it_ended_with() {
         other => panic!("{other:?}"),
     }
 }
+
+/// A law that has lost its numbers.
+#[derive(Clone, Copy)]
+struct NotANumber;
+impl Law<2> for NotANumber {
+    fn energy<T: Real>(&self, _: &Mat<T, 2>, _: T) -> T {
+        T::from_f64(f64::NAN)
+    }
+    fn stress<T: Real>(&self, F: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+        F.scale(T::from_f64(f64::NAN))
+    }
+    fn stress_differential<T: Real>(&self, _: &Mat<T, 2>, dF: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+        *dF
+    }
+}
+
+#[test]
+fn a_stress_that_is_not_a_number_is_an_error_and_the_state_kept() {
+    for integrator in [
+        Integrator::Symplectic,
+        Integrator::Implicit(ImplicitStep::default()),
+    ] {
+        let mut settings = Settings::new(H);
+        settings.integrator = integrator;
+        let bodies = vec![Body::elastic(NotANumber)];
+        let particles = block(Mat::identity());
+        let mut s =
+            Simulation::<f64, MlsMpm<Quadratic>, _, 2>::new(settings, bodies, vec![], particles)
+                .unwrap();
+        let before = s.particles().clone();
+        assert!(s.step(1e-3).is_err(), "{integrator:?}");
+        assert!(s.advance(1e-3).is_err(), "{integrator:?}");
+        assert_eq!(*s.particles(), before, "{integrator:?}");
+        assert_eq!(s.time(), 0.0);
+    }
+}

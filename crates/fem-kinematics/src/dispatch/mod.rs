@@ -6,11 +6,13 @@
 #![allow(unsafe_code)]
 
 mod bits;
+mod quad;
 #[cfg(target_arch = "x86_64")]
 #[cfg_attr(debug_assertions, allow(dead_code))]
 mod registers;
 
 pub(crate) use bits::Bits;
+pub use quad::{Quad, QuadKernel, QuadScalar, dispatch_quads};
 
 use crate::lanes::F64x8;
 use crate::scalar::Real;

@@ -1,7 +1,8 @@
 //! Every kind of register gives the same bits, also those that dispatch would not choose here.
 
+use super::quad::{Plain, x86};
 use super::registers::{Avx2, Avx512, Sse2};
-use super::{InstructionSet, Pack, PackedKernel, widest};
+use super::{InstructionSet, Pack, PackedKernel, Quad, QuadKernel, QuadScalar, widest};
 use crate::lanes::{F64x8, Lanes};
 use crate::mat::Mat;
 use crate::svd::signed_svd;
@@ -64,4 +65,51 @@ fn registers_agree() {
         // SAFETY: AVX-512 was just detected.
         assert!(same(&unsafe { avx512(sample()) }, &expected));
     }
+}
+
+/// Sums and products of quadruples, a fused multiply-add among them if anybody made one.
+struct Nodes<T>([[T; 4]; 3]);
+impl<T: Copy> QuadKernel<T> for Nodes<T> {
+    type Output = [T; 4];
+    #[inline(always)]
+    fn run<Q: Quad<T>>(self) -> [T; 4] {
+        let [a, b, c] = self.0;
+        let sum = Q::load(&a) * Q::load(&b) + Q::load(&c);
+        let sum = sum.plus_scaled(a[3], Q::load(&b));
+        let mut out = a;
+        (sum + Q::splat(b[1]) * sum).store(&mut out);
+        out
+    }
+}
+
+#[test]
+fn quadruples_agree() {
+    #[target_feature(enable = "avx2")]
+    fn avx(k: Nodes<f64>) -> [f64; 4] {
+        k.run::<x86::Avx>()
+    }
+    let wide = || {
+        Nodes([
+            [0.1, 1.0 / 3.0, 1e-200, 7.0],
+            [0.7, -0.3, 1e-200, 1e300],
+            [-0.07, 0.1, 3e-320, 1.0],
+        ])
+    };
+    let expected = wide().run::<Plain<f64>>().map(f64::to_bits);
+    assert_eq!(f64::dispatch(wide()).map(f64::to_bits), expected);
+    assert_eq!(wide().run::<x86::Sse2>().map(f64::to_bits), expected);
+    if widest() != InstructionSet::Baseline {
+        // SAFETY: AVX2 was just detected (a processor with AVX-512 has it).
+        assert_eq!(unsafe { avx(wide()) }.map(f64::to_bits), expected);
+    }
+    let narrow = || {
+        Nodes([
+            [0.1f32, 1.0 / 3.0, 1e-30, 7.0],
+            [0.7, -0.3, 1e-30, 1e30],
+            [-0.07, 0.1, 1e-42, 1.0],
+        ])
+    };
+    let expected = narrow().run::<Plain<f32>>().map(f32::to_bits);
+    assert_eq!(f32::dispatch(narrow()).map(f32::to_bits), expected);
+    assert_eq!(narrow().run::<x86::Sse>().map(f32::to_bits), expected);
 }
