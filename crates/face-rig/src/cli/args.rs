@@ -126,7 +126,7 @@ pub struct FitArgs {
     /// Scene file.
     pub scene: String,
     /// Landmark table (target,landmark,ict_vertex,x,y,z, optionally weight; metres) instead of the
-    /// scene's own.
+    /// scene's own. Its names to skip and of identities still hold.
     #[arg(long, value_name = "FILE")]
     pub targets: Option<PathBuf>,
     /// A target to fit; repeatable. All expressions of the scene if none is named.

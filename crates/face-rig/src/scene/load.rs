@@ -85,6 +85,9 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     scene.path = path.to_path_buf();
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
+    if let Some(spec) = file.targets {
+        (scene.skip, scene.identities) = (spec.skip, spec.identities);
+    }
     Ok(scene)
 }
 
@@ -107,6 +110,8 @@ impl Flesh {
             landmarks: self.landmarks,
             skin: self.skin,
             targets: Vec::new(),
+            skip: vec!["rest".into()],
+            identities: Vec::new(),
         }
     }
 }

@@ -110,6 +110,10 @@ pub struct Scene {
     pub skin: Option<Skin>,
     /// The expressions to fit.
     pub targets: Vec<Target>,
+    /// Names in a table of targets that are none, such as the rest state.
+    pub skip: Vec<String>,
+    /// Names that start like this are other people, not expressions.
+    pub identities: Vec<String>,
 }
 
 /// A landmark that rides on the mesh.
@@ -202,8 +206,8 @@ impl Scene {
     }
 
     /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; metres;
-    /// a path from the current folder), in order of first appearance. A target named `rest` is
-    /// left out.
+    /// a path from the current folder), in order of first appearance; the scene's own names to
+    /// skip and of identities (without any: `rest` is left out) hold for it too.
     ///
     /// # Errors
     /// [`SceneError`] with file, line and cure.
@@ -214,8 +218,8 @@ impl Scene {
         };
         let spec = TargetsSpec {
             landmarks: std::path::absolute(file).map_err(SceneError::io(file))?,
-            skip: vec!["rest".into()],
-            identities: Vec::new(),
+            skip: self.skip.clone(),
+            identities: self.identities.clone(),
             dense: None,
             truth: None,
         };

@@ -402,6 +402,19 @@ fn without_embedding_landmarks_are_located() {
 }
 
 #[test]
+fn another_table_keeps_what_the_scene_says_of_names() {
+    let files = Files::new();
+    let mut scene = files.load().expect("sound");
+    let before: Vec<_> = scene.targets.iter().map(|t| (t.name.clone(), t.kind)).collect();
+    scene
+        .read_targets(&files.path("landmarks.csv"))
+        .expect("the same table");
+    let after: Vec<_> = scene.targets.iter().map(|t| (t.name.clone(), t.kind)).collect();
+    assert_eq!(before, after);
+    assert!(before.iter().any(|(_, kind)| *kind == TargetKind::Identity));
+}
+
+#[test]
 fn empty_targets() {
     let files = Files::new();
     files.edit(

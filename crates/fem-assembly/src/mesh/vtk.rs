@@ -87,8 +87,8 @@ pub(super) fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
                 if !arrays.iter().any(|a| a.name == name) {
                     let reason = format!(
                         "the {section} array \"{name}\" cannot be decoded: its length is not that of \
-                         the grid, its data is damaged, or its encoding is not supported (write it \
-                         as ASCII or uncompressed binary)"
+                         the grid, its data is damaged, or its encoding is not supported (LZMA is \
+                         not: write it as ASCII, uncompressed binary, zlib or LZ4)"
                     );
                     return Err(damaged(path, reason));
                 }

@@ -2,6 +2,7 @@
 
 use super::exponential::exponential_remainders;
 use super::parabola::parabola_with_tails;
+use super::toe::Toe;
 use super::{CurvePoint, TensionCurve};
 use fem_kinematics::Real;
 
@@ -39,27 +40,15 @@ impl TensionCurve for Blemker {
 
     #[inline(always)]
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
-        let e = l - T::one();
-        let zero = T::zero();
-        let slack = e.le(zero);
-        if !T::any(!slack) {
-            return CurvePoint {
-                integral: zero,
-                value: zero,
-                slope: zero,
-            };
+        let toe = Toe::new(l, self.lambda_star);
+        if !T::any(!toe.slack) {
+            return CurvePoint::zero();
         }
-        let cutoff = T::from_f64(self.lambda_star - 1.0);
-        let inside = T::select(slack, zero, T::select(cutoff.le(e), cutoff, e));
-        let beyond = T::select(cutoff.lt(e), e - cutoff, zero);
-        let [e1, e2, _] = exponential_remainders(T::from_f64(self.P2) * inside);
-        let value = T::from_f64(self.P1) * e1;
-        let slope = T::from_f64(self.P1 * self.P2) * (T::one() + e1);
-        let integral = T::from_f64(self.P1 / self.P2) * e2;
-        CurvePoint {
-            integral: integral + beyond * (value + T::from_f64(0.5) * slope * beyond),
-            value: value + slope * beyond,
-            slope: T::select(slack, zero, slope),
-        }
+        let [e1, e2, _] = exponential_remainders(T::from_f64(self.P2) * toe.inside);
+        toe.straight_beyond(CurvePoint {
+            integral: T::from_f64(self.P1 / self.P2) * e2,
+            value: T::from_f64(self.P1) * e1,
+            slope: T::from_f64(self.P1 * self.P2) * (T::one() + e1),
+        })
     }
 }

@@ -8,6 +8,7 @@ mod exponential;
 mod parabola;
 mod physbam;
 mod spline;
+mod toe;
 
 pub use blemker::Blemker;
 pub use physbam::PhysBam;
@@ -24,6 +25,18 @@ pub struct CurvePoint<T> {
     pub value: T,
     /// f′(l), the stiffness' shape.
     pub slope: T,
+}
+
+impl<T: Real> CurvePoint<T> {
+    /// A slack fibre.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self {
+            integral: T::zero(),
+            value: T::zero(),
+            slope: T::zero(),
+        }
+    }
 }
 
 /// The active and the passive tension of a fibre as functions of the normalised stretch l.

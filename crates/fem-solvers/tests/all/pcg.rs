@@ -1,8 +1,6 @@
 //! Conjugate gradients and their preconditioners.
 
-mod common;
-
-use common::{grid_matrix, max_abs, random_matrix};
+use crate::common::{grid_matrix, max_abs, random_matrix};
 use fem_solvers::{
     AssumedPositiveDefinite, BlockIc0, BlockJacobi, BlockPattern, BlockSymmetric, Identity,
     LinearOperator, PcgError, PcgParams, Preconditioner, PreconditionerError, Structure, pcg,

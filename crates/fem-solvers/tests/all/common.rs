@@ -1,6 +1,4 @@
 //! Matrices for the tests.
-#![allow(dead_code)]
-
 use fem_solvers::{BlockPattern, BlockSymmetric, Structure};
 use std::sync::Arc;
 

@@ -1,8 +1,6 @@
 //! The sparse factorisation against dense solves.
 
-mod common;
-
-use common::{Lcg, grid_matrix, max_abs, random_matrix};
+use crate::common::{Lcg, grid_matrix, max_abs, random_matrix};
 use fem_solvers::{
     BlockPattern, BlockSymmetric, CholeskyError, CholeskyFactor, LinearOperator, RefineParams,
     SymbolicCholesky,

@@ -1,0 +1,8 @@
+//! The crate's tests, in one program: what they share is compiled once.
+mod cholesky;
+mod common;
+mod continuation;
+mod gauss_newton;
+mod newton;
+mod pcg;
+mod rosenbrock;
