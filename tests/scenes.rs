@@ -2,9 +2,9 @@
 #![allow(missing_docs)]
 
 use std::path::Path;
-use xtask::ledger::{Ledger, Style};
-use xtask::scenes::{self, Extent, SceneError};
-use xtask::shared::folder_or_skip;
+use verification::ledger::{Ledger, Style};
+use verification::scenes::{self, Extent, SceneError};
+use verification::shared::folder_or_skip;
 
 fn run(scene: impl Fn(&Path, &mut Ledger) -> Result<(), SceneError>) {
     let Some(folder) = folder_or_skip(None, "reference/scenes") else {

@@ -1,7 +1,7 @@
 //! Materials and solves at the edge.
 #![allow(missing_docs)]
 
-use xtask::stress::{Outcome, rows};
+use verification::stress::{Outcome, rows};
 
 #[test]
 fn nothing_lies_at_the_edge() {

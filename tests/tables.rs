@@ -3,9 +3,9 @@
 
 use fem_kinematics::{Mat, Real};
 use fem_materials::{Material, NeoHookean};
-use xtask::ledger::{Ledger, Style};
-use xtask::shared::folder_or_skip;
-use xtask::verify::{check_conformance, check_tables, materials, table::Table};
+use verification::ledger::{Ledger, Style};
+use verification::shared::folder_or_skip;
+use verification::verify::{check_conformance, check_tables, materials, table::Table};
 
 #[test]
 fn every_model_agrees_with_its_table() {

@@ -1,42 +1,62 @@
-//! `cargo xtask verify`, `cargo xtask bench`, `cargo xtask stress`.
+//! `cargo xtask COMMAND`: builds and runs the program of `xtask/verification`.
+//!
+//! What measures or takes long runs optimised. `verify --quick` runs in the profile of the tests:
+//! next to them little is left to build. The kernels give the same bits in both.
 
-use clap::{Parser, Subcommand};
-use std::process::ExitCode;
+use std::env;
+use std::ffi::OsString;
+use std::process::{Command, ExitCode};
 
-#[derive(Parser)]
-#[command(about = "Conformance, benchmarks and stress tests of the workspace")]
-struct Arguments {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    /// Compare every model and every derivative with reference tables, dual numbers, differences
-    Verify(xtask::verify::Verify),
-    /// Measure time, memory, and time against error
-    Bench {
-        /// Which benchmark
-        #[command(subcommand)]
-        bench: xtask::bench::Bench,
-    },
-    /// Inversion, collapse, slivers, huge steps, NaN: a right answer or a clear error
-    Stress,
-}
-
-/// 0: everything holds; 1: something does not; 2: it could not be carried through.
+/// The exit code of the program; 2 where it could not be built, started or ended.
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
-        Command::Verify(options) => xtask::verify::run(&options).map_err(|e| e.to_string()),
-        Command::Bench { bench } => xtask::bench::run(&bench).map_err(|e| e.to_string()),
-        Command::Stress => Ok(xtask::stress::run()),
-    };
-    match result {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
-        Err(message) => {
-            eprintln!("error: {message}");
+    let arguments: Vec<OsString> = env::args_os().skip(1).collect();
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.args(["run", "--package", "verification"]);
+    if is_long(&arguments) {
+        command.arg("--release");
+    }
+    match command.arg("--").args(&arguments).status() {
+        Ok(status) => match status.code() {
+            Some(code @ (0 | 1)) => ExitCode::from(code as u8),
+            _ => ExitCode::from(2),
+        },
+        Err(error) => {
+            eprintln!("error: cargo cannot be started: {error}");
             ExitCode::from(2)
+        }
+    }
+}
+
+fn is_long(arguments: &[OsString]) -> bool {
+    let has = |name: &str| arguments.iter().any(|a| a == name);
+    let help = has("--help") || has("-h");
+    match arguments.first().and_then(|a| a.to_str()) {
+        Some("bench" | "stress") => !help,
+        Some("verify") => !help && !has("--quick"),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_long;
+    use std::ffi::OsString;
+
+    #[test]
+    fn what_is_quick_is_not_optimised_and_what_measures_is() {
+        let line = |text: &str| -> Vec<OsString> { text.split(' ').map(OsString::from).collect() };
+        for long in ["verify", "verify --scenes shared", "bench twist", "stress"] {
+            assert!(is_long(&line(long)), "{long}");
+        }
+        for short in [
+            "verify --quick",
+            "--help",
+            "bench --help",
+            "verify -h",
+            "nonsense",
+        ] {
+            assert!(!is_long(&line(short)), "{short}");
         }
     }
 }

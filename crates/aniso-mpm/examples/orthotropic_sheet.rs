@@ -1,6 +1,7 @@
 //! A ball presses into a woven sheet that is clamped along its border: two families of fibres, a
-//! director along each. The matrix breaks over the ball and along the clamps; the fibres, which
-//! never break, hold it. Damage moves implicitly.
+//! director along each. The matrix breaks under the ball and begins to along the clamps; the fibres
+//! bear the ball alone for a while, a net with square meshes, until it punches out a square patch
+//! whose edges lie along them. Damage moves implicitly.
 //!
 //! `cargo run --release -p aniso-mpm --example orthotropic_sheet`
 mod show;

@@ -10,6 +10,7 @@ use aniso_mpm::{
 use fem_kinematics::Mat;
 use fem_materials::NeoHookean;
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::time::Instant;
 
 /// A small generator of uniform numbers (xorshift64*), the same on every machine.
@@ -37,15 +38,17 @@ fn processor_time() -> Option<f64> {
 fn bytes_per_particle<T>(count: usize, home_blocks: usize, node_blocks: usize) -> f64 {
     let number = size_of::<T>();
     let (vector, matrix) = (3 * number, 9 * number);
-    let sort = vector + 3 * 8 + 5 * 4;
+    let sort = vector + 3 * 8 + 7 * 4;
+    // Damage and history are copied, even where nothing can tear.
+    let damage = 2 * 3 * number;
     let stress = (matrix + number) + 2 * matrix;
     let scatter = (2 * vector + 2 * matrix + 2 * number) + 4;
     let gather = (vector + matrix) + 4 + 2 * (2 * vector + 2 * matrix);
-    let carried = 3 * (4 * number + 2 + 4);
+    let carried = 3 * (4 * number + 2 + 4) + 4;
     // A window has 6³ nodes of four numbers: written, summed; then gathered once per block.
     let node = 4 * number;
     let grid = home_blocks * 216 * node * (2 + 1 + 1) + node_blocks * 64 * node * (2 + 2);
-    (sort + stress + scatter + gather + carried) as f64 + grid as f64 / count as f64
+    (sort + damage + stress + scatter + gather + carried) as f64 + grid as f64 / count as f64
 }
 
 /// Bytes per second of a = b + s c with this many threads, the best of five.
@@ -140,9 +143,12 @@ fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> 
         let used = before.and_then(|before| Some(processor_time()? - before));
         let work = (count * steps) as f64;
         let wall = work / best;
-        // Blocks of 4³ cells that the cube covers, and those that its particles reach.
-        let blocks = |nodes: f64| (nodes / 4.0).ceil().powi(3) as usize;
-        let bytes = bytes_per_particle::<T>(count, blocks(cells), blocks(cells + 4.0));
+        // Blocks of 4³ nodes that hold the first node under some particle.
+        let block = |x: &T| ((x.to_f64() / h - 0.5) / 4.0).floor() as i32;
+        let x = simulation.particles().x.iter();
+        let homes: HashSet<[i32; 3]> = x.map(|x| x.each_ref().map(block)).collect();
+        let node_blocks = simulation.active_blocks();
+        let bytes = bytes_per_particle::<T>(count, homes.len(), node_blocks);
         Rate {
             wall,
             processor: used.map_or(f64::NAN, |used| 3.0 * work / used),

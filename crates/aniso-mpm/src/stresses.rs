@@ -10,10 +10,8 @@ use rayon::prelude::*;
 /// Particles handled by one task, a multiple of eight.
 const CHUNK: usize = 1024;
 
-/// τ = P(F, d) Fᵀ of every particle in a body that is `wanted`, Pa; the others keep what `tau` has.
-/// `damage` is d, or 0 everywhere.
-///
-/// In `f64` also for particles in `f32`: eight lanes of a law cost less than one conversion saves.
+/// τ = P(F, d) Fᵀ of every particle in a body that is `wanted`, Pa, and 0 for the others. `damage`
+/// is d, or 0 everywhere. Always computed in `f64`: that is what lanes are made of.
 pub(crate) fn kirchhoff_stresses<T: Float, L: Law<D>, const D: usize>(
     particles: &Particles<T, D>,
     bodies: &[Body<L, D>],
@@ -27,24 +25,33 @@ pub(crate) fn kirchhoff_stresses<T: Float, L: Law<D>, const D: usize>(
         .for_each(|(chunk, tau)| {
             let first = chunk * CHUNK;
             let last = first + tau.len();
-            for (body, of_body) in (0u16..).zip(bodies) {
-                if wanted(of_body) {
-                    dispatch_packed(OfBody {
-                        law: &of_body.law,
-                        body: (bodies.len() > 1).then_some(body),
-                        bodies: &particles.body[first..last],
-                        F: &particles.F[first..last],
-                        damage: damage.map(|d| &d[first..last]),
-                        tau: &mut *tau,
-                    });
+            let of_particle = &particles.body[first..last];
+            let mut present = of_particle.to_vec();
+            present.sort_unstable();
+            present.dedup();
+            for &body in &present {
+                let of_body = &bodies[usize::from(body)];
+                if !wanted(of_body) {
+                    for (tau, _) in tau.iter_mut().zip(of_particle).filter(|(_, b)| **b == body) {
+                        *tau = Mat::zeros();
+                    }
+                    continue;
                 }
+                dispatch_packed(OfBody {
+                    law: &of_body.law,
+                    body: (present.len() > 1).then_some(body),
+                    bodies: of_particle,
+                    F: &particles.F[first..last],
+                    damage: damage.map(|d| &d[first..last]),
+                    tau: &mut *tau,
+                });
             }
         });
 }
 
 struct OfBody<'a, L, T, const D: usize> {
     law: &'a L,
-    /// The only body whose stresses are wanted, if there are others.
+    /// The body that has this law, if there are others in `bodies`.
     body: Option<u16>,
     bodies: &'a [u16],
     F: &'a [Mat<T, D>],

@@ -85,18 +85,19 @@ impl<T: Float, const D: usize> Factors<T, D> {
     }
 }
 
-/// What a particle has for its nodes: `N (constant + Σ_a i_a slope[a]) + Σ_a ∂N/∂x_a by_dw[a]` for
-/// the node with the place i in the stencil.
+/// What goes with the factors N, N i_a and ∂N/∂x_a of the node with the place i in the stencil:
+/// for a node the value `N (constant + Σ_a i_a slope[a]) + Σ_a ∂N/∂x_a by_dw[a]`, or the sums of the
+/// nodes' values times these factors.
 ///
 /// Places are small whole numbers: counting them takes additions where distances from the
 /// particle take products.
-struct NodeValues<Q, const D: usize> {
+struct StencilTerms<Q, const D: usize> {
     constant: Q,
     slope: [Q; D],
     by_dw: [Q; D],
 }
 
-impl<Q: Copy, const D: usize> NodeValues<Q, D> {
+impl<Q: Copy, const D: usize> StencilTerms<Q, D> {
     /// `N (rigid + Σ_a (x_i − x_p)_a affine_a) + Σ_a ∂N/∂x_a by_dw_a`, matrices by columns.
     #[inline(always)]
     fn new<T: Float>(
@@ -140,11 +141,12 @@ fn column<Q: Quad<T>, T: Float, const D: usize>(m: &Mat<T, D>, a: usize) -> Q {
 /// Adds values to the nodes under a particle, `by_dw` only with the kernel's gradient.
 ///
 /// Plain loops, no closures, see [`Quad`]. What depends on the row alone is multiplied once for
-/// it; one multiply-add and one addition are left for each node.
+/// it; one multiply-add and one addition are left for each node (another multiply-add with the
+/// kernel's gradient).
 #[inline(always)]
 fn add_to_nodes<Q: Quad<T>, S: Scheme, T: Float, const D: usize>(
     factors: &Factors<T, D>,
-    values: &NodeValues<Q, D>,
+    values: &StencilTerms<Q, D>,
     origin: [i32; D],
     window: &mut [Node<T>],
 ) {
@@ -189,18 +191,18 @@ fn sum_over_nodes<Q: Quad<T>, S: Scheme, T: Float, const D: usize>(
     factors: &Factors<T, D>,
     origin: [i32; D],
     window: &[Node<T>],
-) -> NodeValues<Q, D> {
+) -> StencilTerms<Q, D> {
     let Factors { w, dw, .. } = factors;
     let (last, width) = (D - 1, S::Kernel::WIDTH);
     let start = window_start::<S::Kernel, D>(factors.base, origin);
     let zero = Q::splat(T::zero());
-    let mut total = NodeValues {
+    let mut total = StencilTerms {
         constant: zero,
         slope: [zero; D],
         by_dw: [zero; D],
     };
     for i in (0..width).rev() {
-        let mut plane = NodeValues {
+        let mut plane = StencilTerms {
             constant: zero,
             slope: [zero; D],
             by_dw: [zero; D],
@@ -281,7 +283,7 @@ impl<T: Float, S: Scheme, const D: usize> Scatter<T, D> for ParticlesToGrid<'_, 
             rigid[c] = m * particles.v[p][c];
         }
         rigid[3] = m;
-        let values = NodeValues::<Q, D>::new(&factors.f, self.h, rigid, &affine, &impulse);
+        let values = StencilTerms::<Q, D>::new(&factors.f, self.h, rigid, &affine, &impulse);
         add_to_nodes::<Q, S, T, D>(&factors, &values, origin, window);
     }
 }
@@ -300,7 +302,7 @@ pub(crate) fn spread_stress<T: Float, Q: Quad<T>, S: Scheme, const D: usize>(
     if let (false, Some(inertia)) = (S::KERNEL_GRADIENT, S::Kernel::INERTIA) {
         affine = stress.scale(T::from_f64(1.0 / inertia) / (h * h));
     }
-    let values = NodeValues::<Q, D>::new(&factors.f, h, [T::zero(); 4], &affine, stress);
+    let values = StencilTerms::<Q, D>::new(&factors.f, h, [T::zero(); 4], &affine, stress);
     add_to_nodes::<Q, S, T, D>(&factors, &values, origin, window);
 }
 

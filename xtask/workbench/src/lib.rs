@@ -1,6 +1,6 @@
 //! What verification, stress tests and benchmarks share: the book of comparisons, the reference
-//! scenes and the timed problems. Compiled with full optimisation, unlike `xtask` itself, because
-//! what it solves is timed.
+//! scenes and the timed problems. In release it is compiled with full optimisation, unlike
+//! `verification`, because what it solves is timed.
 #![allow(non_snake_case)]
 
 pub mod bench;

@@ -83,7 +83,7 @@ fn conserves<S: Scheme, const D: usize>() {
 
 #[test]
 fn mass_momentum_and_angular_momentum_stay() {
-    // One dimension for each transfer, both for the default: the dimension is only a loop bound.
+    // One dimension for each transfer, both for the default; `textbook.rs` has the others.
     conserves::<MlsMpm<Quadratic>, 2>();
     conserves::<MlsMpm<Quadratic>, 3>();
     conserves::<MlsMpm<Cubic>, 3>();

@@ -8,6 +8,7 @@ mod inextensible;
 mod kkt;
 mod scenes;
 mod stability;
+mod textbook;
 
 use aniso_mpm::{FibreReinforced, Float, MlsMpm, Particle, Particles, Quadratic, Simulation};
 use fem_kinematics::Mat;

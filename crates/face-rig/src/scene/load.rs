@@ -86,7 +86,10 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
     if let Some(spec) = file.targets {
-        (scene.skip, scene.identities) = (spec.skip, spec.identities);
+        scene.identities = spec.identities;
+        if !spec.skip.is_empty() {
+            scene.skip = spec.skip;
+        }
     }
     Ok(scene)
 }

@@ -207,7 +207,7 @@ impl Scene {
 
     /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; metres;
     /// a path from the current folder), in order of first appearance; the scene's own names to
-    /// skip and of identities (without any: `rest` is left out) hold for it too.
+    /// skip (`rest` if it has none) and of identities hold for it too.
     ///
     /// # Errors
     /// [`SceneError`] with file, line and cure.

@@ -405,13 +405,30 @@ fn without_embedding_landmarks_are_located() {
 fn another_table_keeps_what_the_scene_says_of_names() {
     let files = Files::new();
     let mut scene = files.load().expect("sound");
-    let before: Vec<_> = scene.targets.iter().map(|t| (t.name.clone(), t.kind)).collect();
+    let before: Vec<_> = scene
+        .targets
+        .iter()
+        .map(|t| (t.name.clone(), t.kind))
+        .collect();
     scene
         .read_targets(&files.path("landmarks.csv"))
         .expect("the same table");
-    let after: Vec<_> = scene.targets.iter().map(|t| (t.name.clone(), t.kind)).collect();
+    let after: Vec<_> = scene
+        .targets
+        .iter()
+        .map(|t| (t.name.clone(), t.kind))
+        .collect();
     assert_eq!(before, after);
     assert!(before.iter().any(|(_, kind)| *kind == TargetKind::Identity));
+
+    // A scene that skips nothing of its own still knows that the rest state is no expression.
+    files.edit("scene.json", "\"skip\": [\"rest\"], ", "");
+    let mut scene = files.load().expect("sound");
+    assert_eq!(scene.targets[0].name, "rest");
+    scene
+        .read_targets(&files.path("landmarks.csv"))
+        .expect("the same table");
+    assert_eq!(scene.targets[0].name, "smile");
 }
 
 #[test]

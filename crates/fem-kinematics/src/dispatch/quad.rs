@@ -109,7 +109,7 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T>> Quad<T> for Plain<T> {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[cfg_attr(debug_assertions, allow(dead_code))]
+#[cfg_attr(all(debug_assertions, not(test)), allow(dead_code))]
 pub(super) mod x86 {
     use super::Quad;
     use core::arch::x86_64::*;
@@ -182,9 +182,9 @@ macro_rules! scalar {
             #[inline]
             fn dispatch<K: QuadKernel<Self>>(kernel: K) -> K::Output {
                 // Debug builds compile one kind instead of three; the bits are the same.
-                #[cfg(any(not(target_arch = "x86_64"), debug_assertions))]
+                #[cfg(any(not(target_arch = "x86_64"), all(debug_assertions, not(test))))]
                 return kernel.run::<Plain<Self>>();
-                #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
+                #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
                 {
                     use super::{InstructionSet, widest};
                     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]

@@ -67,49 +67,76 @@ fn registers_agree() {
     }
 }
 
-/// Sums and products of quadruples, a fused multiply-add among them if anybody made one.
-struct Nodes<T>([[T; 4]; 3]);
+/// Each operation of quadruples, the sum chosen so that it vanishes when the product is rounded
+/// first, and does not when somebody fuses the two.
+struct Nodes<T> {
+    a: [T; 4],
+    b: [T; 4],
+    /// Minus the rounded products a b.
+    minus_ab: [T; 4],
+    /// Minus the rounded products a₃ b.
+    minus_a3_b: [T; 4],
+}
 impl<T: Copy> QuadKernel<T> for Nodes<T> {
-    type Output = [T; 4];
+    type Output = [[T; 4]; 4];
     #[inline(always)]
-    fn run<Q: Quad<T>>(self) -> [T; 4] {
-        let [a, b, c] = self.0;
-        let sum = Q::load(&a) * Q::load(&b) + Q::load(&c);
-        let sum = sum.plus_scaled(a[3], Q::load(&b));
-        let mut out = a;
-        (sum + Q::splat(b[1]) * sum).store(&mut out);
+    fn run<Q: Quad<T>>(self) -> [[T; 4]; 4] {
+        let (a, b) = (Q::load(&self.a), Q::load(&self.b));
+        let mut out = [self.a; 4];
+        (a * b + Q::load(&self.minus_ab)).store(&mut out[0]);
+        (Q::load(&self.minus_a3_b).plus_scaled(self.a[3], b)).store(&mut out[1]);
+        (a + b).store(&mut out[2]);
+        (a * Q::splat(self.b[0])).store(&mut out[3]);
         out
     }
 }
 
+macro_rules! nodes {
+    ($t:ty) => {{
+        let a: [$t; 4] = [0.1, 1.0 / 3.0, -7.7, 1.0 / 7.0];
+        let b: [$t; 4] = [0.7, 1.0 / 3.0, 0.3, 1e30];
+        let nodes = move || Nodes {
+            a,
+            b,
+            minus_ab: std::array::from_fn(|i| -(a[i] * b[i])),
+            minus_a3_b: std::array::from_fn(|i| -(a[3] * b[i])),
+        };
+        let products: [$t; 4] = std::array::from_fn(|i| a[i] * b[0]);
+        let sums: [$t; 4] = std::array::from_fn(|i| a[i] + b[i]);
+        let expected = [[0.0; 4], [0.0; 4], sums, products];
+        // The inputs would tell: fused, none of the first two rows is 0.
+        for i in 0..4 {
+            assert_ne!(a[i].mul_add(b[i], -(a[i] * b[i])), 0.0);
+            assert_ne!(a[3].mul_add(b[i], -(a[3] * b[i])), 0.0);
+        }
+        (nodes, expected)
+    }};
+}
+
 #[test]
-fn quadruples_agree() {
+fn quadruples_agree_and_are_never_fused() {
     #[target_feature(enable = "avx2")]
-    fn avx(k: Nodes<f64>) -> [f64; 4] {
+    fn avx2(k: Nodes<f64>) -> [[f64; 4]; 4] {
         k.run::<x86::Avx>()
     }
-    let wide = || {
-        Nodes([
-            [0.1, 1.0 / 3.0, 1e-200, 7.0],
-            [0.7, -0.3, 1e-200, 1e300],
-            [-0.07, 0.1, 3e-320, 1.0],
-        ])
-    };
-    let expected = wide().run::<Plain<f64>>().map(f64::to_bits);
-    assert_eq!(f64::dispatch(wide()).map(f64::to_bits), expected);
-    assert_eq!(wide().run::<x86::Sse2>().map(f64::to_bits), expected);
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
+    fn avx512(k: Nodes<f64>) -> [[f64; 4]; 4] {
+        k.run::<x86::Avx>()
+    }
+    let (wide, expected) = nodes!(f64);
+    assert_eq!(f64::dispatch(wide()), expected);
+    assert_eq!(wide().run::<Plain<f64>>(), expected);
+    assert_eq!(wide().run::<x86::Sse2>(), expected);
     if widest() != InstructionSet::Baseline {
         // SAFETY: AVX2 was just detected (a processor with AVX-512 has it).
-        assert_eq!(unsafe { avx(wide()) }.map(f64::to_bits), expected);
+        assert_eq!(unsafe { avx2(wide()) }, expected);
     }
-    let narrow = || {
-        Nodes([
-            [0.1f32, 1.0 / 3.0, 1e-30, 7.0],
-            [0.7, -0.3, 1e-30, 1e30],
-            [-0.07, 0.1, 1e-42, 1.0],
-        ])
-    };
-    let expected = narrow().run::<Plain<f32>>().map(f32::to_bits);
-    assert_eq!(f32::dispatch(narrow()).map(f32::to_bits), expected);
-    assert_eq!(narrow().run::<x86::Sse>().map(f32::to_bits), expected);
+    if widest() == InstructionSet::Avx512 {
+        // SAFETY: AVX-512 was just detected.
+        assert_eq!(unsafe { avx512(wide()) }, expected);
+    }
+    let (narrow, expected) = nodes!(f32);
+    assert_eq!(f32::dispatch(narrow()), expected);
+    assert_eq!(narrow().run::<Plain<f32>>(), expected);
+    assert_eq!(narrow().run::<x86::Sse>(), expected);
 }
