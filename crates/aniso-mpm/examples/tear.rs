@@ -1,6 +1,6 @@
 //! A notched plate with fibres is pulled equally on all sides; the crack follows the fibres.
 //!
-//! `cargo run --release -p aniso-mpm --example tear [fibre angle in degrees]`
+//! `cargo run --release -p aniso-mpm --example tear [fibre angle in degrees] [cells per metre]`
 #![allow(non_snake_case)]
 mod show;
 
@@ -59,6 +59,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = SCENE;
     if let Some(angle) = std::env::args().nth(1) {
         scene.fibre_angle = angle.parse()?;
+    }
+    if let Some(cells) = std::env::args().nth(2) {
+        scene.cells = cells.parse()?;
     }
     let h = 1.0 / scene.cells as f64;
     let (sin, cos) = scene.fibre_angle.to_radians().sin_cos();

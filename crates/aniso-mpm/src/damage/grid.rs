@@ -99,32 +99,26 @@ impl<T: Float, const D: usize> Scatter<f64, D> for DamageToGrid<'_, T, D> {
     #[inline(always)]
     fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
-        add_weighted(
-            &stencil,
-            [self.d[p].to_f64(), 1.0, 0.0, 0.0],
-            origin,
-            window,
-        );
+        let payload = [self.d[p].to_f64(), 1.0, 0.0, 0.0];
+        add_weighted::<Q, D>(&stencil, payload, origin, window);
     }
 }
 
 /// Adds w_ip times four numbers to the nodes under a particle.
 #[inline(always)]
-pub(crate) fn add_weighted<const D: usize>(
+pub(crate) fn add_weighted<Q: Quad<f64>, const D: usize>(
     stencil: &Stencil<f64, D>,
     payload: [f64; 4],
     origin: [i32; D],
     window: &mut [Node<f64>],
 ) {
     let start = window_start::<Cubic, D>(stencil.base, origin);
+    let payload = Q::load(&payload);
     for (first, i, j) in rows::<Cubic, D>(start) {
         let w = row_product(&stencil.w, &stencil.w, i, j)[D - 1];
         for (k, node) in window[first..first + Cubic::WIDTH].iter_mut().enumerate() {
             let weight = w * stencil.w[D - 1][k];
-            node[0] += weight * payload[0];
-            node[1] += weight * payload[1];
-            node[2] += weight * payload[2];
-            node[3] += weight * payload[3];
+            Q::load(node).plus_scaled(weight, payload).store(node);
         }
     }
 }

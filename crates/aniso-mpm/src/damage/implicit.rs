@@ -279,7 +279,7 @@ impl<const D: usize> Scatter<f64, D> for WeightedSums<'_, D> {
     #[inline(always)]
     fn scatter<Q: Quad<f64>>(&self, p: usize, origin: [i32; D], window: &mut [Node<f64>]) {
         let stencil = Stencil::new::<Cubic>(&self.x[p], self.h);
-        add_weighted(&stencil, self.payload[p], origin, window);
+        add_weighted::<Q, D>(&stencil, self.payload[p], origin, window);
     }
 }
 

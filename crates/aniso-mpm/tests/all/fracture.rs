@@ -1,7 +1,7 @@
 //! The crack of a notched plate runs along the fibres, whatever their angle to the notch and to
-//! the grid: within 6 degrees from 32 cells per metre on. It does not converge to their angle: at
-//! 45 degrees it runs at 43.0, 46.9 and 50.2 on 24, 32 and 48 cells (with steps of the default
-//! length; `docs/aniso-mpm.md` has the table).
+//! the grid: within 4 degrees on 32 cells per metre. It does not converge to their angle: at 45
+//! degrees it runs at 43.0, 46.9 and 50.2 on 24, 32 and 48 cells (with steps of the default length;
+//! `docs/aniso-mpm.md` has the table, and `tear ANGLE CELLS` repeats a row of it).
 //!
 //! The plate is pulled equally on all sides: nothing but the fibres then prefers a direction. (In
 //! a plate that is pulled across the notch only, the faces of an oblique crack also slide, and the
@@ -111,12 +111,8 @@ fn crack_follows_the_oblique_fibre_on_24_cells_better_than_on_16() {
 }
 
 #[test]
-#[ignore = "finer grids: a minute in a debug build"]
-fn crack_follows_the_fibre_on_finer_grids() {
-    for fibre in [0.0, 20.0, 45.0, 60.0, 90.0] {
-        for cells in [16.0, 24.0, 32.0, 48.0] {
-            let off = deviation(fibre, cells);
-            assert!(cells < 32.0 || off < 6.0);
-        }
+fn crack_follows_oblique_fibres_on_32_cells() {
+    for fibre in [20.0, 45.0, 60.0] {
+        assert!(deviation(fibre, 32.0) < 4.0);
     }
 }

@@ -80,7 +80,8 @@ impl<const D: usize> SimplexMesh<D> {
         }));
         let midpoint = |a: u32, b: u32| {
             let key = [a.min(b), a.max(b)];
-            let at = midpoints.binary_search(&key).expect("an edge of the mesh");
+            // `edges` is sorted and has every edge of every element: as many lie before this one.
+            let at = midpoints.partition_point(|edge| *edge < key);
             (self.num_nodes() + at) as u32
         };
         let children = 1 << D;
