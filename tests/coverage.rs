@@ -188,7 +188,7 @@ fn every_model_is_explained_with_its_parameters_units_domain_and_purpose() {
             cells[2].contains(&dimension.to_string()),
             "{name}: {dimension}D"
         );
-        let shared = ["the same", "the fibre's"]
+        let shared = ["the same", "the fiber's"]
             .iter()
             .any(|w| cells[1].contains(w));
         for parameter in parameters {

@@ -2,18 +2,18 @@
 #![allow(missing_docs)]
 
 use std::path::Path;
-use verification::ledger::{Ledger, Style};
+use verification::report::{Report, Style};
 use verification::scenes::{self, Extent, SceneError};
 use verification::shared::folder_or_skip;
 
-fn run(scene: impl Fn(&Path, &mut Ledger) -> Result<(), SceneError>) {
+fn run(scene: impl Fn(&Path, &mut Report) -> Result<(), SceneError>) {
     let Some(folder) = folder_or_skip(None, "reference/scenes") else {
         return;
     };
-    let mut ledger = Ledger::default();
-    scene(&folder, &mut ledger).expect("the scene can be run");
-    println!("{}", ledger.tables(Style::Plain));
-    ledger.assert();
+    let mut report = Report::default();
+    scene(&folder, &mut report).expect("the scene can be run");
+    println!("{}", report.tables(Style::Plain));
+    report.assert();
 }
 
 #[test]
@@ -33,12 +33,12 @@ fn a2_twisted_bar() {
 
 #[test]
 fn a3_muscle() {
-    run(|folder, ledger| scenes::a3(folder, Extent::Some, ledger));
+    run(|folder, report| scenes::a3(folder, Extent::Some, report));
 }
 
 #[test]
 fn a4_recovery_from_inverted_and_collapsed_starts() {
-    run(|folder, ledger| scenes::a4(folder, Extent::All, ledger));
+    run(|folder, report| scenes::a4(folder, Extent::All, report));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use fem_kinematics::{Mat, Real};
 use fem_materials::{Material, NeoHookean};
-use verification::ledger::{Ledger, Style};
+use verification::report::{Report, Style};
 use verification::shared::folder_or_skip;
 use verification::verify::{check_conformance, check_tables, materials, table::Table};
 
@@ -12,20 +12,20 @@ fn every_model_agrees_with_its_table() {
     let Some(folder) = folder_or_skip(None, "reference") else {
         return;
     };
-    let mut ledger = Ledger::default();
-    check_tables(&folder, &mut ledger).expect("the tables can be read");
-    println!("{}", ledger.tables(Style::Plain));
-    println!("{}", ledger.summary(Style::Plain));
-    ledger.assert();
+    let mut report = Report::default();
+    check_tables(&folder, &mut report).expect("the tables can be read");
+    println!("{}", report.tables(Style::Plain));
+    println!("{}", report.summary(Style::Plain));
+    report.assert();
 }
 
 #[test]
 fn every_model_passes_the_conformance_suite() {
     let seed = fem_materials::conformance::fresh_seed();
     println!("seed {seed:#x}");
-    let mut ledger = Ledger::default();
-    check_conformance(seed, 2, &mut ledger);
-    ledger.assert();
+    let mut report = Report::default();
+    check_conformance(seed, 2, &mut report);
+    report.assert();
 }
 
 /// One case written by hand: neo-Hookean at diag(2, 1), μ = 1, λ = 1.5.
@@ -61,20 +61,20 @@ fn a_planted_mistake_is_caught_by_name() {
         mu: 1.0,
         lambda: 1.5,
     };
-    let mut ledger = Ledger::default();
-    materials::check::<2, _>(&table, |_| Some(right), &mut ledger);
-    ledger.assert();
+    let mut report = Report::default();
+    materials::check::<2, _>(&table, |_| Some(right), &mut report);
+    report.assert();
 
-    let mut ledger = Ledger::default();
-    materials::check::<2, _>(&table, |_| Some(Planted(right)), &mut ledger);
-    assert!(!ledger.passed());
-    let summary = ledger.summary(Style::Plain);
+    let mut report = Report::default();
+    materials::check::<2, _>(&table, |_| Some(Planted(right)), &mut report);
+    assert!(!report.passed());
+    let summary = report.summary(Style::Plain);
     assert!(
         summary.contains("FAILED neo_hookean 2D / P / moderate"),
         "{summary}"
     );
     assert!(summary.contains("id 7"), "{summary}");
-    let failed: Vec<_> = ledger.failures().map(|e| e.quantity.as_str()).collect();
+    let failed: Vec<_> = report.failures().map(|e| e.quantity.as_str()).collect();
     assert_eq!(failed, ["P", "P (lanes)"]);
 }
 
@@ -84,9 +84,9 @@ fn a_table_without_a_model_fails_the_run() {
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     let unknown = TABLE.replace("neo_hookean", "unobtainium");
     std::fs::write(folder.join("unobtainium_2d.json"), unknown).expect("a small file");
-    let mut ledger = Ledger::default();
-    let error = check_tables(&folder, &mut ledger).expect_err("there is no lame.json");
+    let mut report = Report::default();
+    let error = check_tables(&folder, &mut report).expect_err("there is no lame.json");
     std::fs::remove_dir_all(&folder).expect("removed again");
     assert!(error.to_string().contains("lame.json"), "{error}");
-    assert!(ledger.summary(Style::Plain).contains("unobtainium_2d.json"));
+    assert!(report.summary(Style::Plain).contains("unobtainium_2d.json"));
 }

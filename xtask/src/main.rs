@@ -1,6 +1,6 @@
 //! `cargo xtask COMMAND`: builds and runs the program of `xtask/verification`.
 //!
-//! What measures or takes long runs optimised. `verify --quick` runs in the profile of the tests:
+//! What measures or takes long runs optimized. `verify --quick` runs in the profile of the tests:
 //! next to them little is left to build. The kernels give the same bits in both.
 
 use std::env;
@@ -44,7 +44,7 @@ mod tests {
     use std::ffi::OsString;
 
     #[test]
-    fn what_is_quick_is_not_optimised_and_what_measures_is() {
+    fn what_is_quick_is_not_optimized_and_what_measures_is() {
         let line = |text: &str| -> Vec<OsString> { text.split(' ').map(OsString::from).collect() };
         for long in ["verify", "verify --scenes shared", "bench twist", "stress"] {
             assert!(is_long(&line(long)), "{long}");

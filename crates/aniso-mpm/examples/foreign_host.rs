@@ -8,7 +8,7 @@ use aniso_mpm::damage::{
     Augmentation, DamageInput, DamageModel, DamageParameters, DamageUpdate, Directors,
     cauchy_stress,
 };
-use aniso_mpm::{FibreReinforced, Law};
+use aniso_mpm::{FiberReinforced, Law};
 use fem_kinematics::Mat;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,13 +18,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|i| [0.05 * (i % 40) as f64, 0.05 * (i / 40) as f64])
         .collect();
     let (mut damage, mut history) = (vec![0.0; 400], vec![0.0; 400]);
-    let law = FibreReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0)?;
+    let law = FiberReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0)?;
     let dt = 1e-3;
 
     // --------------------------------------------------------------------------------------
     let model = DamageModel {
         parameters: DamageParameters::new(h, 8e3, 5e-3),
-        directors: Directors::fibre(0.5),
+        directors: Directors::fiber(0.5),
     };
     let mut augmentation = Augmentation::new(h, DamageUpdate::Explicit);
     // --------------------------------------------------------------------------------------

@@ -1,10 +1,10 @@
-//! Two soft blocks hang from a clamp: the right one has vertical fibres that do not stretch.
+//! Two soft blocks hang from a clamp: the right one has vertical fibers that do not stretch.
 //!
 //! `cargo run --release -p aniso-mpm --example hanging_block`
 mod show;
 
 use aniso_mpm::{
-    Body, Contact, Fibre, FibreReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
+    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
     Simulation,
 };
 use fem_kinematics::Mat;
@@ -37,7 +37,7 @@ const SCENE: Scene = Scene {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = SCENE;
     let [w, depth, height] = scene.size;
-    // e₁ of the fibre frame points down.
+    // e₁ of the fiber frame points down.
     let upright = Mat([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
     let mut particles = Particles::<f64, 3>::new();
     for (body, left) in [(0, 0.0), (1, w + 0.25)] {
@@ -52,11 +52,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             |_| true,
         )?;
     }
-    let law = FibreReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
+    let law = FiberReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
     let bodies = vec![
         Body::elastic(law),
         Body {
-            fibre: Fibre::Inextensible,
+            fiber: Fiber::Inextensible,
             ..Body::elastic(law)
         },
     ];
@@ -94,7 +94,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 (low.min(s), high.max(s))
             });
         println!(
-            "body {body}: fibre stretch {:.4} to {:.4}",
+            "body {body}: fiber stretch {:.4} to {:.4}",
             stretch.0, stretch.1
         );
     }

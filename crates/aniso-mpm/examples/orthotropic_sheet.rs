@@ -1,5 +1,5 @@
-//! A ball presses into a woven sheet that is clamped along its border: two families of fibres, a
-//! director along each. The matrix breaks under the ball and begins to along the clamps; the fibres
+//! A ball presses into a woven sheet that is clamped along its border: two families of fibers, a
+//! director along each. The matrix breaks under the ball and begins to along the clamps; the fibers
 //! bear the ball alone for a while, a net with square meshes, until it punches out a square patch
 //! whose edges lie along them. Damage moves implicitly.
 //!
@@ -10,7 +10,7 @@ use aniso_mpm::damage::{
     DamageModel, DamageParameters, DamageUpdate, Director, Directors, ImplicitOptions,
 };
 use aniso_mpm::{
-    Body, Contact, Fibre, FibreReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
+    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
     Simulation,
 };
 use fem_kinematics::Mat;
@@ -25,8 +25,8 @@ struct Scene {
     young: f64,
     poisson: f64,
     density: f64,
-    /// Fibre stiffness in both directions, Pa.
-    fibre: f64,
+    /// Fiber stiffness in both directions, Pa.
+    fiber: f64,
     /// Weight α of both directors.
     alpha: f64,
     /// Critical stress (Pa) and crack viscosity (s).
@@ -46,7 +46,7 @@ const SCENE: Scene = Scene {
     young: 1e5,
     poisson: 0.3,
     density: 1000.0,
-    fibre: 5e4,
+    fiber: 5e4,
     alpha: -0.8,
     sigma_crit: 8e3,
     eta: 2e-3,
@@ -76,17 +76,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         weight: scene.alpha,
     };
     let body = Body {
-        law: FibreReinforced::from_young_poisson(
+        law: FiberReinforced::from_young_poisson(
             scene.young,
             scene.poisson,
-            scene.fibre,
-            scene.fibre,
+            scene.fiber,
+            scene.fiber,
         )?,
         damage: Some(DamageModel {
             parameters: DamageParameters::new(h, scene.sigma_crit, scene.eta),
             directors: Directors::Orthotropic(director([1.0, 0.0, 0.0]), director([0.0, 1.0, 0.0])),
         }),
-        fibre: Fibre::Extensible,
+        fiber: Fiber::Extensible,
     };
     let border = 2.0 * h;
     let clamp = |min: [f64; 2], max: [f64; 2]| {

@@ -1,4 +1,4 @@
-//! The same notched plate twice, pulled by the same grips: isotropic on the left, fibres on the
+//! The same notched plate twice, pulled by the same grips: isotropic on the left, fibers on the
 //! right. One simulation, two bodies.
 //!
 //! `cargo run --release -p aniso-mpm --example side_by_side`
@@ -6,7 +6,7 @@ mod show;
 
 use aniso_mpm::damage::{DamageModel, DamageParameters, Directors};
 use aniso_mpm::{
-    Body, Contact, Fibre, FibreReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
+    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
     Simulation,
 };
 use fem_kinematics::Mat;
@@ -15,13 +15,13 @@ use fem_kinematics::Mat;
 struct Scene {
     /// Cells along a side of each 1 m plate; 2×2 particles per cell.
     cells: usize,
-    /// Angle between the fibres of the right plate and the notch, degrees.
-    fibre_angle: f64,
+    /// Angle between the fibers of the right plate and the notch, degrees.
+    fiber_angle: f64,
     /// Young's modulus (Pa), Poisson's ratio, density (kg/m³) of both.
     young: f64,
     poisson: f64,
     density: f64,
-    /// Fibre stiffness of the right plate, Pa.
+    /// Fiber stiffness of the right plate, Pa.
     kx: f64,
     /// Critical stress (Pa) and crack viscosity (s) of both.
     sigma_crit: f64,
@@ -35,7 +35,7 @@ struct Scene {
 
 const SCENE: Scene = Scene {
     cells: 44,
-    fibre_angle: 60.0,
+    fiber_angle: 60.0,
     young: 1e5,
     poisson: 0.3,
     density: 1000.0,
@@ -50,7 +50,7 @@ const SCENE: Scene = Scene {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = SCENE;
     let h = 1.0 / scene.cells as f64;
-    let (sin, cos) = scene.fibre_angle.to_radians().sin_cos();
+    let (sin, cos) = scene.fiber_angle.to_radians().sin_cos();
     let mut particles = Particles::<f64, 2>::new();
     for (body, left, frame) in [
         (0, 0.0, Mat::identity()),
@@ -74,18 +74,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let parameters = DamageParameters::new(h, scene.sigma_crit, scene.eta);
-    let isotropic = FibreReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
+    let isotropic = FiberReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
     let body = |kx: f64, directors: Directors<2>| Body {
-        law: FibreReinforced { kx, ..isotropic },
+        law: FiberReinforced { kx, ..isotropic },
         damage: Some(DamageModel {
             parameters,
             directors,
         }),
-        fibre: Fibre::Extensible,
+        fiber: Fiber::Extensible,
     };
     let bodies = vec![
         body(0.0, Directors::Isotropic),
-        body(scene.kx, Directors::fibre(-1.0)),
+        body(scene.kx, Directors::fiber(-1.0)),
     ];
     let rims = bodies.clone().into_iter().map(|body| Body {
         damage: None,

@@ -1,20 +1,20 @@
-//! A notched plate with fibres is pulled equally on all sides; the crack follows the fibres.
+//! A notched plate with fibers is pulled equally on all sides; the crack follows the fibers.
 //!
-//! `cargo run --release -p aniso-mpm --example tear [fibre angle in degrees] [cells per metre]`
+//! `cargo run --release -p aniso-mpm --example tear [fiber angle in degrees] [cells per meter]`
 #![allow(non_snake_case)]
 mod show;
 
 use aniso_mpm::damage::{DamageModel, DamageParameters, Directors};
 use aniso_mpm::{
-    Body, Contact, Fibre, FibreReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
+    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
     Simulation,
 };
 use fem_kinematics::Mat;
 
 /// Everything that can be changed about the scene.
 struct Scene {
-    /// Angle between the fibres and the notch, degrees.
-    fibre_angle: f64,
+    /// Angle between the fibers and the notch, degrees.
+    fiber_angle: f64,
     /// Cells along a side of the 1 m plate; 2×2 particles per cell.
     cells: usize,
     /// Depth of the notch, m.
@@ -22,11 +22,11 @@ struct Scene {
     /// Young's modulus (Pa) and Poisson's ratio of the matrix.
     young: f64,
     poisson: f64,
-    /// Fibre stiffness, Pa.
+    /// Fiber stiffness, Pa.
     kx: f64,
     /// Density, kg/m³.
     density: f64,
-    /// Weight α of the fibre in the structural tensor: −1 lets cracks run along it only.
+    /// Weight α of the fiber in the structural tensor: −1 lets cracks run along it only.
     alpha: f64,
     /// Critical stress, Pa.
     sigma_crit: f64,
@@ -40,7 +40,7 @@ struct Scene {
 }
 
 const SCENE: Scene = Scene {
-    fibre_angle: 45.0,
+    fiber_angle: 45.0,
     cells: 60,
     notch: 0.3,
     young: 1e5,
@@ -58,14 +58,14 @@ const SCENE: Scene = Scene {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = SCENE;
     if let Some(angle) = std::env::args().nth(1) {
-        scene.fibre_angle = angle.parse()?;
+        scene.fiber_angle = angle.parse()?;
     }
     if let Some(cells) = std::env::args().nth(2) {
         scene.cells = cells.parse()?;
     }
     let h = 1.0 / scene.cells as f64;
-    let (sin, cos) = scene.fibre_angle.to_radians().sin_cos();
-    // The fibre frame: e₁ along the fibres.
+    let (sin, cos) = scene.fiber_angle.to_radians().sin_cos();
+    // The fiber frame: e₁ along the fibers.
     let frame = Mat([[cos, -sin], [sin, cos]]);
     let mut particles = Particles::<f64, 2>::new();
     let notch = scene.notch;
@@ -84,14 +84,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (body, x) in particles.body.iter_mut().zip(&particles.x) {
         *body = u16::from(x.iter().any(|x| (x - 0.5).abs() > 0.4));
     }
-    let law = FibreReinforced::from_young_poisson(scene.young, scene.poisson, scene.kx, 0.0)?;
+    let law = FiberReinforced::from_young_poisson(scene.young, scene.poisson, scene.kx, 0.0)?;
     let body = Body {
         law,
         damage: Some(DamageModel {
             parameters: DamageParameters::new(h, scene.sigma_crit, scene.eta),
-            directors: Directors::fibre(scene.alpha),
+            directors: Directors::fiber(scene.alpha),
         }),
-        fibre: Fibre::Extensible,
+        fiber: Fiber::Extensible,
     };
     let mut walls = Vec::new();
     for axis in 0..2 {
@@ -123,7 +123,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         tilt: 0.0,
     };
     let mut crack = None;
-    let name = format!("tear_{}", scene.fibre_angle);
+    let name = format!("tear_{}", scene.fiber_angle);
     show::run(
         &name,
         &mut simulation,
@@ -137,8 +137,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     )?;
     match crack {
         Some(angle) => println!(
-            "fibres at {:.1} degrees, crack at {angle:.1} degrees",
-            scene.fibre_angle
+            "fibers at {:.1} degrees, crack at {angle:.1} degrees",
+            scene.fiber_angle
         ),
         None => println!("the crack is shorter than 0.3 m"),
     }

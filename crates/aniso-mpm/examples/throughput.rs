@@ -25,7 +25,7 @@ impl Random {
 }
 
 /// Processor time of all threads so far, s: on a busy machine the clock on the wall also measures
-/// the neighbours. `None` where there is no Linux.
+/// the neighbors. `None` where there is no Linux.
 fn processor_time() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     let mut fields = stat.rsplit(')').next()?.split_whitespace().skip(11);

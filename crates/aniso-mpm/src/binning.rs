@@ -27,7 +27,7 @@ pub struct Binning<K, const D: usize> {
     /// Blocks that hold a node under some particle.
     pub(crate) nodes: BlockSet<D>,
     /// For each home its 2^D node blocks.
-    pub(crate) neighbours: Vec<[u32; 8]>,
+    pub(crate) neighbors: Vec<[u32; 8]>,
     /// For each node block the 2^D homes that reach into it, or [`NONE`].
     pub(crate) sources: Vec<[u32; 8]>,
     keys: Vec<u64>,
@@ -50,7 +50,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             starts: vec![0],
             homes: BlockSet::default(),
             nodes: BlockSet::default(),
-            neighbours: Vec::new(),
+            neighbors: Vec::new(),
             sources: Vec::new(),
             keys: Vec::new(),
             slots: Vec::new(),
@@ -80,7 +80,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
                 }
             });
 
-        // Neighbours in memory are mostly neighbours in space: look a block up when it changes.
+        // Neighbors in memory are mostly neighbors in space: look a block up when it changes.
         let mut found = blocks::KeyMap::default();
         let mut seen = Vec::new();
         self.slots.clear();
@@ -145,8 +145,8 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             (0..corners).filter_map(move |n| blocks::key(shifted(homes.block(s), n, 1)))
         }));
         let slot_of = |set: &BlockSet<D>, block| set.slot(block).map_or(NONE, |s| s as u32);
-        self.neighbours.clear();
-        self.neighbours.extend((0..self.homes.len()).map(|s| {
+        self.neighbors.clear();
+        self.neighbors.extend((0..self.homes.len()).map(|s| {
             let block = self.homes.block(s);
             core::array::from_fn(|n| {
                 if n < corners {

@@ -1,6 +1,6 @@
 //! Implicit steps: Newton's method with conjugate gradients for the velocities of the grid.
 //!
-//! The grid velocity v^{n+1} minimises the incremental potential
+//! The grid velocity v^{n+1} minimizes the incremental potential
 //!
 //! ```text
 //! E(v) = ½ Σ_i m_i |v_i − v*_i|² + Σ_p V_p⁰ ψ((I + Δt ∇v(x_p)) F_p)
@@ -206,7 +206,7 @@ impl<const D: usize> Preconditioner for MassScaling<'_, D> {
 }
 
 impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
-    /// Replaces the grid velocity (mass and v* in the field) by the minimiser of the potential.
+    /// Replaces the grid velocity (mass and v* in the field) by the minimizer of the potential.
     pub(crate) fn implicit_velocity(
         &mut self,
         dt: f64,

@@ -130,7 +130,7 @@ pub fn locate<K: Spline, T: Float, const D: usize>(x: &[T; D], h: T) -> ([i32; D
 /// The nodes under one particle and the one-dimensional factors of their weights.
 ///
 /// `N_i(x_p) = w[0][i] w[1][j] w[2][k]`; one factor of `dw` (1/m) or `ddw` (1/m²) in place of `w`
-/// gives a first or second derivative. Derivatives are with respect to x, in metres.
+/// gives a first or second derivative. Derivatives are with respect to x, in meters.
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil<T, const D: usize> {
     /// First node on each axis.

@@ -47,7 +47,7 @@ pub struct RelaxedKkt {
     pub max_iterations: usize,
 }
 
-/// A minimiser of the relaxed problem.
+/// A minimizer of the relaxed problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KktSolution {
     /// x*.
@@ -111,7 +111,7 @@ impl RelaxedKkt {
         })
     }
 
-    /// Δx and λ of eq. 16 at x, by conjugate gradients on the penalised system.
+    /// Δx and λ of eq. 16 at x, by conjugate gradients on the penalized system.
     ///
     /// The elimination of λ costs digits as κ grows. They come back by refining on the residuals
     /// of eq. 16 itself, where κ appears only as 1/η.
@@ -126,7 +126,7 @@ impl RelaxedKkt {
         let eta = -self.stiffness;
         let mut diagonal = vec![0.0; n];
         problem.diagonal(x, self.stiffness, &mut diagonal);
-        let system = Penalised {
+        let system = Penalized {
             problem,
             x,
             stiffness: self.stiffness,
@@ -179,12 +179,12 @@ impl Preconditioner for Jacobi {
 }
 
 /// ∇²E + κ ∇cᵀ∇c at x.
-struct Penalised<'a, P> {
+struct Penalized<'a, P> {
     problem: &'a P,
     x: &'a [f64],
     stiffness: f64,
 }
-impl<P: ConstrainedProblem> LinearOperator for Penalised<'_, P> {
+impl<P: ConstrainedProblem> LinearOperator for Penalized<'_, P> {
     fn dim(&self) -> usize {
         self.problem.unknowns()
     }

@@ -6,9 +6,9 @@ use fem_materials::Material;
 
 /// A hyperelastic law whose stiffness may fall with a damage variable d ∈ [0, 1].
 ///
-/// `F` maps the particle's fibre frame to the world: a particle whose fibres lie along the unit
+/// `F` maps the particle's fiber frame to the world: a particle whose fibers lie along the unit
 /// vector a starts with a rotation whose first column is a, and every direction in a law (e₁, e₂)
-/// is then a fibre direction without any rotation at run time.
+/// is then a fiber direction without any rotation at run time.
 pub trait Law<const D: usize>: Copy + Send + Sync {
     /// ψ(F, d), J/m³ of rest volume.
     fn energy<T: Real>(&self, F: &Mat<T, D>, d: T) -> T;
@@ -47,7 +47,7 @@ pub fn wave_speed<L: Law<D>, const D: usize>(
 ) -> f64 {
     let mut stiffest = 0.0f64;
     for n in 0..D {
-        // Amplitude e_a, wave vector e_n in the world, Fᵀ e_n in the fibre frame.
+        // Amplitude e_a, wave vector e_n in the world, Fᵀ e_n in the fiber frame.
         let pulled_back = F.0[n];
         for a in 0..D {
             let mut dF = Mat::<f64, D>::zeros();

@@ -1,4 +1,4 @@
-//! AnisoMPM: anisotropic damage, QR elasticity and inextensible fibres on a material-point host
+//! AnisoMPM: anisotropic damage, QR elasticity and inextensible fibers on a material-point host
 #![allow(non_snake_case)]
 // Comparisons are written so that NaN fails them: `!(a < b)` is not `a >= b`.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
@@ -9,10 +9,10 @@ mod body;
 pub mod damage;
 mod dispatch;
 mod error;
-mod fibre_law;
+mod fiber_law;
 mod float;
 mod host_damage;
-mod host_fibres;
+mod host_fibers;
 mod implicit;
 pub mod inextensibility;
 pub mod kernels;
@@ -30,14 +30,14 @@ mod window;
 
 pub use binning::Binning;
 pub use blocks::{BLOCK_NODES, BlockSet, block_side};
-pub use body::{Body, Fibre};
+pub use body::{Body, Fiber};
 pub use error::MpmError;
-pub use fibre_law::FibreReinforced;
+pub use fiber_law::FiberReinforced;
 pub use float::{Float, worse};
 pub use implicit::ImplicitStep;
 pub use kernels::{Cubic, Linear, Quadratic, Spline, Stencil};
 pub use law::{Elastic, Law, wave_speed};
-pub use obstacle::{Contact, Obstacle, Shape, Touch};
+pub use obstacle::{Contact, ContactConstraint, Obstacle, Shape};
 pub use particles::{Particle, Particles};
 pub use simulation::{Energies, Integrator, Settings, Simulation};
 pub use step::FrameInfo;

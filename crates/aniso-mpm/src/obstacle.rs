@@ -7,7 +7,7 @@ use crate::error::{MpmError, positive};
 pub enum Shape<const D: usize> {
     /// All points closer than `radius` (m) to `center` (m).
     Sphere {
-        /// Centre, m.
+        /// Center, m.
         center: [f64; D],
         /// Radius, m.
         radius: f64,
@@ -55,7 +55,7 @@ pub struct Obstacle<const D: usize> {
 
 /// A plane that a node at a given time may not cross, or a point that it must follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch<const D: usize> {
+pub struct ContactConstraint<const D: usize> {
     /// Outward unit normal of the surface.
     pub normal: [f64; D],
     /// Velocity of the obstacle, m/s.
@@ -94,7 +94,7 @@ impl<const D: usize> Obstacle<D> {
         finite("velocity of an obstacle", self.velocity)?;
         match self.shape {
             Shape::Sphere { center, radius } => {
-                finite("centre of an obstacle", center)?;
+                finite("center of an obstacle", center)?;
                 positive("obstacle radius", radius)?;
             }
             Shape::HalfSpace { point, normal } => {
@@ -128,7 +128,7 @@ impl<const D: usize> Obstacle<D> {
 
     /// The condition on a node at `x` (m) at `time` (s), if it lies inside.
     #[inline]
-    pub fn touch(&self, x: [f64; D], time: f64) -> Option<Touch<D>> {
+    pub fn touch(&self, x: [f64; D], time: f64) -> Option<ContactConstraint<D>> {
         let x: [f64; D] = core::array::from_fn(|a| x[a] - self.velocity[a] * time);
         let normal = match self.shape {
             Shape::Sphere { center, radius } => {
@@ -169,7 +169,7 @@ impl<const D: usize> Obstacle<D> {
                 normal
             }
         };
-        Some(Touch {
+        Some(ContactConstraint {
             normal,
             velocity: self.velocity,
             contact: self.contact,
@@ -188,7 +188,7 @@ fn finite<const D: usize>(what: &'static str, values: [f64; D]) -> Result<(), Mp
     }
 }
 
-impl<const D: usize> Touch<D> {
+impl<const D: usize> ContactConstraint<D> {
     /// Unit directions in which a node with the (admissible) velocity `v` is held.
     pub(crate) fn held(&self, v: &[f64; D]) -> Vec<[f64; D]> {
         let relative: f64 = (0..D)

@@ -5,7 +5,7 @@ use crate::float::{Float, all_finite};
 use fem_kinematics::Mat;
 
 /// Particles as a structure of arrays. A simulation keeps them roughly in grid order, so a
-/// particle is recognised by its [`id`](Particles::id), not by its place.
+/// particle is recognized by its [`id`](Particles::id), not by its place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Particles<T, const D: usize> {
     /// Positions, m.
@@ -14,7 +14,7 @@ pub struct Particles<T, const D: usize> {
     pub v: Vec<[T; D]>,
     /// Affine velocity (APIC), 1/s.
     pub C: Vec<Mat<T, D>>,
-    /// Deformation gradients, from the fibre frame to the world.
+    /// Deformation gradients, from the fiber frame to the world.
     pub F: Vec<Mat<T, D>>,
     /// Masses, kg.
     pub mass: Vec<T>,
@@ -37,7 +37,7 @@ pub struct Particle<const D: usize> {
     pub x: [f64; D],
     /// Velocity, m/s.
     pub v: [f64; D],
-    /// Deformation gradient: the rotation of the fibre frame for a particle at rest.
+    /// Deformation gradient: the rotation of the fiber frame for a particle at rest.
     pub F: Mat<f64, D>,
     /// Mass, kg.
     pub mass: f64,

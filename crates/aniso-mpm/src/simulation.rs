@@ -1,7 +1,7 @@
 //! The host: bodies, particles, obstacles and the settings of a run.
 
 use crate::binning::Binning;
-use crate::body::{Body, Fibre};
+use crate::body::{Body, Fiber};
 use crate::damage::{Augmentation, DamageUpdate};
 use crate::error::{MpmError, positive};
 use crate::float::{Float, worse};
@@ -187,10 +187,10 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
     pub(crate) fn can_tear(&self) -> bool {
         self.bodies.iter().any(|body| body.damage.is_some())
     }
-    pub(crate) fn has_inextensible_fibres(&self) -> bool {
+    pub(crate) fn has_inextensible_fibers(&self) -> bool {
         self.bodies
             .iter()
-            .any(|body| body.fibre == Fibre::Inextensible)
+            .any(|body| body.fiber == Fiber::Inextensible)
     }
 
     /// Largest elastic wave speed over all particles, m/s.

@@ -112,7 +112,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                 self.implicit_velocity(dt, &damage.d, &options)?;
             }
         }
-        if self.has_inextensible_fibres() {
+        if self.has_inextensible_fibers() {
             self.project_onto_inextensible(dt)?;
         }
         self.next.resize_like(&self.particles);

@@ -235,7 +235,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         let mut rank = ranks.start;
         while rank < ranks.end {
             let end = (self.starts[home + 1] as usize).min(ranks.end);
-            for (n, &slot) in self.neighbours[home].iter().enumerate().take(1 << D) {
+            for (n, &slot) in self.neighbors[home].iter().enumerate().take(1 << D) {
                 let block = &field[slot as usize * BLOCK_NODES..(slot as usize + 1) * BLOCK_NODES];
                 Self::overlap(n, |to, from, count| {
                     window[to..to + count].copy_from_slice(&block[from..from + count]);

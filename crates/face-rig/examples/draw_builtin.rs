@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// One panel per muscle of the left side: its weight on the tets' centres as short fibres.
+/// One panel per muscle of the left side: its weight on the tets' centers as short fibers.
 fn draw_muscles(
     face: &BuiltinFace,
     camera: Camera,
@@ -67,15 +67,15 @@ fn draw_muscles(
     let left: Vec<usize> = (0..face.muscles.len() / 2).collect();
     for row in left.chunks(6) {
         let panels = row.iter().map(|&m| {
-            let entries = face.fibres.iter().filter(|e| e.muscle as usize == m);
+            let entries = face.fibers.iter().filter(|e| e.muscle as usize == m);
             let segments = entries.map(|e| {
-                let mut centre = [0.0; 3];
+                let mut center = [0.0; 3];
                 for n in face.tets[e.tet as usize] {
                     for k in 0..3 {
-                        centre[k] += 0.25 * face.nodes[n as usize][k];
+                        center[k] += 0.25 * face.nodes[n as usize][k];
                     }
                 }
-                let end = |s: f64| [0, 1, 2].map(|k| centre[k] + s * 0.003 * e.direction[k]);
+                let end = |s: f64| [0, 1, 2].map(|k| center[k] + s * 0.003 * e.direction[k]);
                 Segment {
                     ends: [end(-1.0), end(1.0)],
                     color: ColorMap::Heat.color(0.35 + 0.5 * e.weight),

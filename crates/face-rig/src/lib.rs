@@ -25,7 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Units are SI throughout: metres, pascals, newtons, radians. The command line is behind the default
+//! Units are SI throughout: meters, pascals, newtons, radians. The command line is behind the default
 //! feature `cli`; a library user turns it off.
 
 pub mod anatomy;

@@ -236,13 +236,13 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         3,
         &["bad.csv", "line 70", "../frame 2", "letters"],
     );
-    let mut millimetres = String::from("target,landmark,ict_vertex,x,y,z\n");
+    let mut millimeters = String::from("target,landmark,ict_vertex,x,y,z\n");
     for l in &face.landmarks {
         let [x, y, z] = l.point.rest_position(&face.mesh).map(|v| 1e3 * v);
-        millimetres += &format!("open,{},0,{x},{y},{z}\n", l.index);
+        millimeters += &format!("open,{},0,{x},{y},{z}\n", l.index);
     }
-    std::fs::write(at.join("bad.csv"), millimetres).unwrap();
-    refused(at, &fit_bad, 3, &["bad.csv", "line 2", "are these metres"]);
+    std::fs::write(at.join("bad.csv"), millimeters).unwrap();
+    refused(at, &fit_bad, 3, &["bad.csv", "line 2", "are these meters"]);
     with(",2\n", ",-2\n").unwrap();
     refused(at, &fit_bad, 3, &["bad.csv", "line 2", "weight -2"]);
     refused(

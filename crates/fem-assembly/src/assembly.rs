@@ -5,12 +5,12 @@ use crate::builder::Chunk;
 use crate::dofs::Dofs;
 use crate::part::{Part, State};
 use crate::penalty::Penalty;
-use fem_materials::DefinitenessFilter;
+use fem_materials::HessianProjection;
 use fem_solvers::{BlockPattern, BlockSymmetric};
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
-/// A mesh with its materials, fibres and obstacles, ready to be evaluated at any positions.
+/// A mesh with its materials, fibers and obstacles, ready to be evaluated at any positions.
 ///
 /// Positions and displacements are given for every node of the mesh, in its own numbering;
 /// results are given for the free nodes (x^U), in the numbering of [`Dofs`]. All sums have a fixed
@@ -44,7 +44,7 @@ impl<const D: usize> Assembly<D> {
     pub fn dofs(&self) -> &Dofs<D> {
         &self.dofs
     }
-    /// Rest positions of all nodes, metres.
+    /// Rest positions of all nodes, meters.
     pub fn rest(&self) -> &[[f64; D]] {
         &self.rest
     }
@@ -65,7 +65,7 @@ impl<const D: usize> Assembly<D> {
             self.hessian(
                 &self.rest,
                 &activations,
-                DefinitenessFilter::None,
+                HessianProjection::None,
                 &mut hessian,
             );
             let mut stiffness: Vec<f64> = (0..self.pattern.blocks())
@@ -120,7 +120,7 @@ impl<const D: usize> Assembly<D> {
         self.free_energy(positions, activations) + self.sum(energies)
     }
 
-    /// Energy of the elements and penalties that free nodes feel: what an equilibrium minimises.
+    /// Energy of the elements and penalties that free nodes feel: what an equilibrium minimizes.
     pub fn free_energy(&self, positions: &[[f64; D]], activations: &[f64]) -> f64 {
         let state = State {
             positions,
@@ -217,8 +217,8 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// (∂²E/∂x²) δx at every node, prescribed ones included: the adjoint of a load needs the rows
-    /// that [`Assembly::hessian_product`] leaves out.
-    pub fn hessian_product_everywhere(
+    /// that [`Assembly::hessian_vector`] leaves out.
+    pub fn hessian_vector_everywhere(
         &self,
         positions: &[[f64; D]],
         activations: &[f64],
@@ -251,7 +251,7 @@ impl<const D: usize> Assembly<D> {
         &self,
         positions: &[[f64; D]],
         activations: &[f64],
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
         hessian: &mut BlockSymmetric<D>,
     ) {
         let state = State {
@@ -283,7 +283,7 @@ impl<const D: usize> Assembly<D> {
     /// (∂²E/∂x^U∂x) δx without a matrix; δx is given at every node, so that it serves both the
     /// operator of a conjugate-gradient solve (δx = 0 at prescribed nodes) and the right-hand side
     /// of document 000, eq. 9 (δx ≠ 0 only there).
-    pub fn hessian_product(
+    pub fn hessian_vector(
         &self,
         positions: &[[f64; D]],
         activations: &[f64],

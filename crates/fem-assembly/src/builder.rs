@@ -1,4 +1,4 @@
-//! Collects mesh, constraints, materials, fibres and obstacles into an [`Assembly`].
+//! Collects mesh, constraints, materials, fibers and obstacles into an [`Assembly`].
 
 use crate::assembly::Assembly;
 use crate::block::RestElement;
@@ -43,7 +43,7 @@ pub(crate) struct Packing<'a, const D: usize> {
 }
 
 struct Layer<const D: usize> {
-    /// The element of each entry: of each element of a region, of each fibre of a field.
+    /// The element of each entry: of each element of a region, of each fiber of a field.
     element_of_entry: Vec<u32>,
     pack: Box<Pack<D>>,
 }
@@ -56,7 +56,7 @@ struct Layer<const D: usize> {
 ///
 /// let mesh = fem_assembly::mesh::kuhn_grid(2, 2, 2, [1.0; 3])?;
 /// let clamped: Vec<usize> = (0..9).collect();
-/// let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &clamped)?;
+/// let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &clamped)?;
 /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
 /// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
 /// assert!(assembly.energy(mesh.nodes(), &[]).abs() < 1e-9);

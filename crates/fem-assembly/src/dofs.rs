@@ -30,7 +30,7 @@ impl<const D: usize> Dofs<D> {
     ///
     /// # Errors
     /// When a node does not exist.
-    pub fn with_fixed_nodes(
+    pub fn with_prescribed_nodes(
         rest: &[[f64; D]],
         fixed_nodes: &[usize],
     ) -> Result<Self, AssemblyError> {
@@ -171,7 +171,7 @@ mod tests {
     fn a_node_or_axis_that_does_not_exist_is_refused() {
         let rest = [[0.0, 0.0]];
         assert!(matches!(
-            Dofs::with_fixed_nodes(&rest, &[1]),
+            Dofs::with_prescribed_nodes(&rest, &[1]),
             Err(AssemblyError::NoSuchNode { node: 1, count: 1 })
         ));
         assert!(matches!(

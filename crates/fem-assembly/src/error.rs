@@ -76,10 +76,10 @@ pub enum AssemblyError {
         /// What it should be.
         needed: &'static str,
     },
-    /// A fibre whose direction is not of length 1.
-    #[error("fibre {index} (element {element}) has length {length}; give a unit vector")]
+    /// A fiber whose direction is not of length 1.
+    #[error("fiber {index} (element {element}) has length {length}; give a unit vector")]
     NoDirection {
-        /// Index in the list of fibres.
+        /// Index in the list of fibers.
         index: usize,
         /// Its element.
         element: usize,

@@ -1,4 +1,4 @@
-//! Muscle fibres over a mesh, each in its own element, direction and activation channel.
+//! Muscle fibers over a mesh, each in its own element, direction and activation channel.
 
 use crate::block::LANES;
 use crate::builder::{AssemblyBuilder, Entry, Packing};
@@ -7,9 +7,9 @@ use crate::law::Law;
 use crate::part::{Elements, Part};
 use fem_kinematics::{F64x8, Lanes, Mat, Pack, Tensor4};
 use fem_materials::curves::TensionCurve;
-use fem_materials::{DefinitenessFilter, FiberLaw, FiberTerm};
+use fem_materials::{FiberLaw, FiberTerm, HessianProjection};
 
-/// One fibre family in one element. An element may carry several; their energies add up.
+/// One fiber family in one element. An element may carry several; their energies add up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fiber {
     /// The element.
@@ -28,11 +28,11 @@ pub struct Fiber {
 pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
 
 impl AssemblyBuilder<3> {
-    /// Adds fibres of one tension curve. `channels` is the number of activations that an
-    /// evaluation will be given; every fibre names one of them.
+    /// Adds fibers of one tension curve. `channels` is the number of activations that an
+    /// evaluation will be given; every fiber names one of them.
     ///
     /// # Errors
-    /// Names the fibre whose element or channel does not exist, or whose numbers are unusable.
+    /// Names the fiber whose element or channel does not exist, or whose numbers are unusable.
     pub fn fibers<C>(
         mut self,
         law: FiberLaw<C>,
@@ -55,7 +55,7 @@ impl AssemblyBuilder<3> {
             }
             if !(fiber.peak.is_finite() && fiber.optimal_stretch > 0.0) {
                 return Err(AssemblyError::NotFinite {
-                    what: "peak or optimal stretch of fibre",
+                    what: "peak or optimal stretch of fiber",
                     index,
                 });
             }
@@ -88,13 +88,13 @@ impl AssemblyBuilder<3> {
     }
 }
 
-/// The fibres of a part, in the order of its blocks.
+/// The fibers of a part, in the order of its blocks.
 struct Fibers<C> {
     law: FiberLaw<C>,
     lanes: Vec<FiberLanes>,
 }
 
-/// Eight fibres side by side.
+/// Eight fibers side by side.
 struct FiberLanes {
     direction: [F64x8; 3],
     peak: F64x8,
@@ -176,7 +176,7 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         (block, lane): (usize, usize),
         activations: &[f64],
         F: &Mat<f64, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<f64, 3> {
         let fibers = &self.lanes[block];
         let term = FiberTerm {
@@ -217,7 +217,7 @@ mod tests {
     fn a_direction_that_is_no_unit_vector_is_refused() {
         let mesh = crate::mesh::kuhn_grid(1, 1, 1, [1.0; 3]).unwrap();
         let built = |direction| {
-            let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &[0]).unwrap();
+            let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
             let fiber = Fiber {
                 element: 0,
                 channel: 0,

@@ -1,11 +1,11 @@
 //! What a group of elements is made of.
 
 use fem_kinematics::{Mat, Pack, Tensor4};
-use fem_materials::{DefinitenessFilter, Material};
+use fem_materials::{HessianProjection, Material};
 
 /// A constitutive law with parameters that may differ from block to block and lane to lane.
 ///
-/// A uniform [`Material`] is one; muscle fibres with their own direction and activation are another.
+/// A uniform [`Material`] is one; muscle fibers with their own direction and activation are another.
 pub(crate) trait Law<const D: usize>: Send + Sync {
     fn energy<V: Pack>(&self, block: usize, activations: &[f64], F: &Mat<V, D>) -> V;
     fn energy_and_stress<V: Pack>(
@@ -33,7 +33,7 @@ pub(crate) trait Law<const D: usize>: Send + Sync {
         place: (usize, usize),
         activations: &[f64],
         F: &Mat<f64, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<f64, D>;
     /// Does any lane of the block listen to this activation channel?
     fn has_channel(&self, _block: usize, _channel: usize) -> bool {
@@ -83,7 +83,7 @@ impl<const D: usize, M: Material<D>> Law<D> for Uniform<M> {
         _: (usize, usize),
         _: &[f64],
         F: &Mat<f64, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<f64, D> {
         self.0.filtered_derivative(F, filter)
     }

@@ -2,7 +2,7 @@
 //! between a constitutive model and the equation f(x) = 0, for triangles and tetrahedra alike.
 //!
 //! A [`mesh::SimplexMesh`] is validated once; [`Dofs`] says which coordinates are prescribed; an
-//! [`AssemblyBuilder`] adds materials per region, muscle fibres and obstacles; the resulting
+//! [`AssemblyBuilder`] adds materials per region, muscle fibers and obstacles; the resulting
 //! [`Assembly`] evaluates energy, forces, Hessian and its products at any positions, eight elements
 //! at a time in the widest registers of the processor, in parallel, and with the same bits for any
 //! number of threads. [`Quasistatic`] presents it to `fem_solvers::Newton`; the example there is a

@@ -1,7 +1,7 @@
 //! The passes over elements of one law: energies, nodal gradient, Hessian, differential.
 //!
 //! A part belongs to a chunk, which owns a run of consecutive matrix rows and evaluates every
-//! element that touches them; elements on the border are evaluated by both neighbours. Each row is
+//! element that touches them; elements on the border are evaluated by both neighbors. Each row is
 //! thus summed by one owner, in the order of the elements, and has the same bits however many
 //! chunks or threads there are.
 
@@ -10,7 +10,7 @@ use crate::builder::{Entry, Packing};
 use crate::dofs::FIXED;
 use crate::law::Law;
 use fem_kinematics::{F64x8, Mat, Pack, PackedKernel, Real, Tensor4, dispatch_packed};
-use fem_materials::DefinitenessFilter;
+use fem_materials::HessianProjection;
 
 /// "Not ours": a row or matrix block that another chunk owns, or a prescribed one.
 const NONE: u32 = u32::MAX;
@@ -31,7 +31,7 @@ pub(crate) trait Part<const D: usize>: Send + Sync {
     /// Adds ∂E/∂x^U of the chunk's rows; also the energies.
     fn gradient(&self, state: State<D>, rows: &mut [[f64; D]], energies: &mut Vec<(u32, f64)>);
     /// Adds ∂²E/∂x^U∂x^U of the chunk's rows.
-    fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]);
+    fn hessian(&self, state: State<D>, filter: HessianProjection, values: &mut [[[f64; D]; D]]);
     /// Adds (∂²E/∂x^U∂x) δx of the chunk's rows, δx given at every node.
     fn differential(&self, state: State<D>, displacement: &[[f64; D]], rows: &mut [[f64; D]]);
     /// Adds ∂E/∂x at every vertex of the elements that this chunk owns.
@@ -268,7 +268,7 @@ impl<const D: usize, L: Law<D>> PackedKernel for HessianPass<'_, D, L> {
 fn filtered_hessian<const D: usize, L: Law<D>>(
     part: &Elements<D, L>,
     state: State<D>,
-    filter: DefinitenessFilter,
+    filter: HessianProjection,
     values: &mut [[[f64; D]; D]],
 ) {
     let mut pairs = [[[[0.0; LANES]; VERTICES]; VERTICES]; PAIRS];
@@ -388,9 +388,9 @@ impl<const D: usize, L: Law<D>> Part<D> for Elements<D, L> {
             energies,
         });
     }
-    fn hessian(&self, state: State<D>, filter: DefinitenessFilter, values: &mut [[[f64; D]; D]]) {
+    fn hessian(&self, state: State<D>, filter: HessianProjection, values: &mut [[[f64; D]; D]]) {
         match filter {
-            DefinitenessFilter::None => dispatch_packed(HessianPass {
+            HessianProjection::None => dispatch_packed(HessianPass {
                 part: self,
                 state,
                 values,

@@ -4,7 +4,7 @@ use crate::dofs::Dofs;
 use crate::error::AssemblyError;
 use crate::fibers::UNIT_TOLERANCE;
 use fem_kinematics::Mat;
-use fem_materials::DefinitenessFilter;
+use fem_materials::HessianProjection;
 use fem_solvers::BlockSymmetric;
 
 /// What nodes may not enter.
@@ -12,14 +12,14 @@ use fem_solvers::BlockSymmetric;
 pub enum Obstacle<const D: usize> {
     /// A ball.
     Sphere {
-        /// Centre, metres.
+        /// Center, meters.
         center: [f64; D],
-        /// Radius, metres.
+        /// Radius, meters.
         radius: f64,
     },
     /// Everything behind a plane.
     HalfSpace {
-        /// A point of the plane, metres.
+        /// A point of the plane, meters.
         point: [f64; D],
         /// Unit normal; points out of the obstacle.
         normal: [f64; D],
@@ -45,7 +45,7 @@ impl<const D: usize> Obstacle<D> {
                 if depth <= 0.0 {
                     return None;
                 }
-                // At the very centre every direction leads out; the first axis is taken.
+                // At the very center every direction leads out; the first axis is taken.
                 let normal = core::array::from_fn(|k| {
                     if distance > 0.0 {
                         offset[k] / distance
@@ -77,7 +77,7 @@ impl<const D: usize> Obstacle<D> {
 pub struct Penalty<const D: usize> {
     /// The nodes that are tested.
     pub nodes: Vec<usize>,
-    /// ε, newtons per metre of depth.
+    /// ε, newtons per meter of depth.
     pub stiffness: f64,
     /// What they may not enter.
     pub obstacle: Obstacle<D>,
@@ -106,7 +106,7 @@ impl<const D: usize> Penalty<D> {
         positive("the stiffness", self.stiffness)?;
         match &self.obstacle {
             Obstacle::Sphere { center, radius } => {
-                finite(center, "a coordinate of the centre")?;
+                finite(center, "a coordinate of the center")?;
                 positive("the radius", *radius)
             }
             Obstacle::HalfSpace { point, normal } => {
@@ -157,13 +157,13 @@ impl<const D: usize> Penalty<D> {
 
     /// ∂²/∂x² of ε/2 depth²: ε n nᵀ − ε depth/r (I − n nᵀ). The second part is negative: a filter
     /// clamps or reflects it, which is exact because the two parts act on orthogonal directions.
-    fn stiffness_block(&self, contact: &Contact<D>, filter: DefinitenessFilter) -> Mat<f64, D> {
+    fn stiffness_block(&self, contact: &Contact<D>, filter: HessianProjection) -> Mat<f64, D> {
         let along = Mat::outer(contact.normal, contact.normal);
         let sliding = -contact.depth * contact.curvature;
         let sliding = match filter {
-            DefinitenessFilter::None => sliding,
-            DefinitenessFilter::Clamp => sliding.max(0.0),
-            DefinitenessFilter::Absolute => sliding.abs(),
+            HessianProjection::None => sliding,
+            HessianProjection::Clamp => sliding.max(0.0),
+            HessianProjection::Absolute => sliding.abs(),
         };
         (along + (Mat::identity() - along).scale(sliding)).scale(self.stiffness)
     }
@@ -172,7 +172,7 @@ impl<const D: usize> Penalty<D> {
         &self,
         positions: &[[f64; D]],
         dofs: &Dofs<D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
         hessian: &mut BlockSymmetric<D>,
     ) {
         for (node, contact) in self.contacts(positions) {
@@ -222,7 +222,7 @@ impl<const D: usize> Penalty<D> {
         displacement: &'a [[f64; D]],
     ) -> impl Iterator<Item = (usize, [f64; D])> + 'a {
         self.contacts(positions).map(|(node, contact)| {
-            let block = self.stiffness_block(&contact, DefinitenessFilter::None);
+            let block = self.stiffness_block(&contact, HessianProjection::None);
             (node, block.mul_vec(displacement[node]))
         })
     }

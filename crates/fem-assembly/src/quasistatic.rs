@@ -2,8 +2,8 @@
 
 use crate::assembly::Assembly;
 use crate::error::AssemblyError;
-use fem_materials::DefinitenessFilter;
-use fem_solvers::{BlockPattern, BlockSymmetric, Definiteness, Merit, NonlinearProblem};
+use fem_materials::HessianProjection;
+use fem_solvers::{BlockPattern, BlockSymmetric, Merit, NonlinearProblem};
 use std::sync::Arc;
 
 /// The free nodes of an assembly, looking for the positions at which all forces on them vanish
@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// let mesh = fem_assembly::mesh::kuhn_grid(3, 3, 3, [1.0; 3])?;
 /// let is_held = |p: &[f64; 3]| p[0] == 0.0 || p[0] == 1.0;
 /// let held: Vec<usize> = (0..64).filter(|&n| is_held(&mesh.nodes()[n])).collect();
-/// let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &held)?;
+/// let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held)?;
 /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
 /// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
 ///
@@ -40,7 +40,7 @@ pub struct Quasistatic<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Quasistatic<'a, D> {
-    /// `positions` holds the prescribed nodes' places and a first guess for the free ones, metres.
+    /// `positions` holds the prescribed nodes' places and a first guess for the free ones, meters.
     ///
     /// # Errors
     /// When a list has the wrong length or a number is not finite.
@@ -138,14 +138,9 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         self.assembly
             .gradient(&self.positions(x), &self.activations, g)
     }
-    fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<D>) {
-        let filter = match definiteness {
-            Definiteness::Exact => DefinitenessFilter::None,
-            Definiteness::Projected => DefinitenessFilter::Clamp,
-            Definiteness::Absolute => DefinitenessFilter::Absolute,
-        };
+    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<D>) {
         self.assembly
-            .hessian(&self.positions(x), &self.activations, filter, out);
+            .hessian(&self.positions(x), &self.activations, projection, out);
     }
     fn merit(&self) -> Merit {
         self.merit

@@ -14,7 +14,7 @@ mod work;
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
 use fem_materials::curves::PhysBam;
-use fem_materials::{DefinitenessFilter, FiberLaw, NeoHookean, Stretch};
+use fem_materials::{FiberLaw, HessianProjection, NeoHookean, Stretch};
 use fem_solvers::{BlockSymmetric, LinearOperator};
 
 type Point = [f64; 3];
@@ -142,7 +142,7 @@ fn close(a: &[f64], b: &[f64], tolerance: f64) {
 
 #[test]
 fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient() {
-    for stretch in [Stretch::Plain, Stretch::Deviatoric] {
+    for stretch in [Stretch::Total, Stretch::Isochoric] {
         let (assembly, x) = assembly(stretch);
         let n = assembly.dofs().unknowns();
         let mut direction = wave(n, 0.4);
@@ -158,7 +158,7 @@ fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient(
         close(&[slope], &difference(energy, 1e-5), 1e-8);
 
         let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
-        assembly.hessian(&x, &ACTIVATIONS, DefinitenessFilter::None, &mut hessian);
+        assembly.hessian(&x, &ACTIVATIONS, HessianProjection::None, &mut hessian);
         let mut product = vec![0.0; n];
         hessian.apply(&direction, &mut product);
         let differences = difference(|t| gradient_at(&moved(&assembly, &x, &direction, t)), 1e-5);
@@ -167,14 +167,14 @@ fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient(
         let mut displacement = vec![[0.0; 3]; x.len()];
         assembly.dofs().scatter(&direction, &mut displacement);
         let mut matrix_free = vec![0.0; n];
-        assembly.hessian_product(&x, &ACTIVATIONS, &displacement, &mut matrix_free);
+        assembly.hessian_vector(&x, &ACTIVATIONS, &displacement, &mut matrix_free);
         close(&matrix_free, &product, 1e-13);
     }
 }
 
 #[test]
 fn the_force_of_a_muscle_is_the_slope_in_its_activation() {
-    let (assembly, x) = assembly(Stretch::Plain);
+    let (assembly, x) = assembly(Stretch::Total);
     let n = assembly.dofs().unknowns();
     for channel in 0..3 {
         let at = |t: f64| {
@@ -196,7 +196,7 @@ fn the_force_of_a_muscle_is_the_slope_in_its_activation() {
 #[test]
 fn internal_forces_and_torques_sum_to_zero() {
     let mesh = bar();
-    let (_, x) = assembly(Stretch::Plain);
+    let (_, x) = assembly(Stretch::Total);
     let body = AssemblyBuilder::new(&mesh, Dofs::all_free(mesh.nodes()).unwrap())
         .unwrap()
         .material(NeoHookean {
@@ -237,7 +237,7 @@ fn one_and_three_threads_give_the_same_bits() {
         pool.install(|| {
             let mesh = kuhn_grid(12, 12, 30, [1.0, 1.0, 3.0]).unwrap();
             let rest = mesh.nodes();
-            let dofs = Dofs::with_fixed_nodes(rest, &[0, 5, 11]).unwrap();
+            let dofs = Dofs::with_prescribed_nodes(rest, &[0, 5, 11]).unwrap();
             let assembly = AssemblyBuilder::new(&mesh, dofs)
                 .unwrap()
                 .material(NeoHookean {
@@ -254,7 +254,7 @@ fn one_and_three_threads_give_the_same_bits() {
             let mut gradient = vec![0.0; assembly.dofs().unknowns()];
             let energy = assembly.gradient(&x, &[], &mut gradient);
             let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
-            assembly.hessian(&x, &[], DefinitenessFilter::None, &mut hessian);
+            assembly.hessian(&x, &[], HessianProjection::None, &mut hessian);
             (energy.to_bits(), gradient, hessian.values().to_vec())
         })
     };
@@ -263,7 +263,7 @@ fn one_and_three_threads_give_the_same_bits() {
 
 #[test]
 fn an_inverted_element_is_named_and_gives_an_infinite_energy() {
-    let (assembly, mut x) = assembly(Stretch::Plain);
+    let (assembly, mut x) = assembly(Stretch::Total);
     assert_eq!(assembly.element_outside_domain(&x, &ACTIVATIONS), None);
     let n = x.len();
     x[n - 1][2] -= 5.0;

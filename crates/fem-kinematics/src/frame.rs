@@ -92,7 +92,7 @@ pub(crate) struct Frame<T: Real, const D: usize> {
     pub independent: T::Mask,
 }
 
-/// Orthogonalises the columns of B, whose entries must not over- or underflow when squared.
+/// Orthogonalizes the columns of B, whose entries must not over- or underflow when squared.
 ///
 /// Where a column is zero, or depends on those before it, any direction that completes the frame
 /// is taken, so Q is a rotation for every finite B.

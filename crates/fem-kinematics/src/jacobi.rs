@@ -79,7 +79,7 @@ pub(crate) fn cyclic_jacobi<T: Real, const N: usize>(
 /// Sweeps until nothing is left to turn. Turning by rounding errors is not harmless in a large
 /// matrix: a rotation between two equal eigenvalues has any angle, and stirs the entries that other
 /// rotations have just made zero; and a lane that has finished must stay as it is, so that its bits
-/// do not depend on its neighbours.
+/// do not depend on its neighbors.
 #[inline(always)]
 fn converged_jacobi<T: Real, const N: usize>(mut A: [[T; N]; N]) -> ([T; N], [[T; N]; N]) {
     const MOST_SWEEPS: usize = 16;

@@ -38,7 +38,9 @@ mod checked;
 mod convert;
 mod dispatch;
 mod dual;
+mod flattening;
 mod frame;
+mod hessian_projection;
 mod invariants;
 mod jacobi;
 mod lanes;
@@ -53,7 +55,6 @@ mod stress_measures;
 mod svd;
 mod tensor4;
 mod tensor4_projection;
-mod voigt9;
 
 pub use checked::Checked;
 pub use dispatch::{
@@ -61,6 +62,10 @@ pub use dispatch::{
     dispatch_quads,
 };
 pub use dual::Dual;
+pub use flattening::{
+    BLOCK_ORDER_2D, BLOCK_ORDER_3D, ROW_MAJOR_2D, ROW_MAJOR_3D, from_flat, to_flat,
+};
+pub use hessian_projection::HessianProjection;
 pub use invariants::{
     DeviatoricInvariants, Invariants, determinant_minus_one, left_cauchy_green, log_determinant,
     right_cauchy_green,
@@ -81,4 +86,3 @@ pub use stress_measures::{
 };
 pub use svd::{Svd, SvdDifferential, signed_svd};
 pub use tensor4::Tensor4;
-pub use voigt9::{BLOCK_ORDER_2D, BLOCK_ORDER_3D, ROW_MAJOR_2D, ROW_MAJOR_3D, from_flat, to_flat};

@@ -88,7 +88,7 @@ impl<T: Real, const D: usize> RestShape<T, D> {
 }
 
 impl<const D: usize> RestShape<f64, D> {
-    /// From the D + 1 rest positions, in metres.
+    /// From the D + 1 rest positions, in meters.
     ///
     /// # Errors
     /// A wrong number of vertices, a position that is not finite, or a volume that is zero to

@@ -114,7 +114,7 @@ fn svd2<T: Real>(a: T, b: T, c: T, d: T) -> (Mat<T, 2>, [T; 2], Mat<T, 2>) {
     (frame.Q, [frame.R.0[0][0], frame.R.0[1][1]], V)
 }
 
-/// V from the eigenvectors of FᵀF, then U R = F V, whose trailing 2×2 block is diagonalised once
+/// V from the eigenvectors of FᵀF, then U R = F V, whose trailing 2×2 block is diagonalized once
 /// more: FᵀF has squared away what it knew of the small singular values.
 #[inline(always)]
 fn svd3<T: Real, const D: usize>(A: &Mat<T, D>) -> Svd<T, D> {

@@ -1,9 +1,9 @@
 //! Numeric eigenvalues and definite parts of symmetric ∂P/∂F.
 
+use crate::flattening::{ROW_MAJOR_2D, ROW_MAJOR_3D, from_flat, to_flat};
 use crate::jacobi::jacobi_eigen;
 use crate::scalar::Real;
 use crate::tensor4::Tensor4;
-use crate::voigt9::{ROW_MAJOR_2D, ROW_MAJOR_3D, from_flat, to_flat};
 
 /// V diag(f(λ)) Vᵀ, and the λ.
 #[inline(always)]

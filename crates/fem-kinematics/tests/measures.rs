@@ -334,7 +334,7 @@ fn numeric_projection_keeps_its_digits_where_eigenvalues_repeat() {
 }
 
 #[test]
-fn a_lane_of_the_numeric_projection_does_not_feel_its_neighbours() {
+fn a_lane_of_the_numeric_projection_does_not_feel_its_neighbors() {
     let mut random = Random(31);
     let all: [Tensor4<f64, 3>; 8] = std::array::from_fn(|k| {
         let scale = if k == 3 { 0.0 } else { 10_f64.powi(k as i32) };

@@ -1,4 +1,4 @@
-//! Muscle fibres: a family of lines in the rest shape that pull (doc 000, 4.2, 4.3.3, 4.5.2).
+//! Muscle fibers: a family of lines in the rest shape that pull (doc 000, 4.2, 4.3.3, 4.5.2).
 //!
 //! # The tension T and its two meanings
 //! Here T is always dF₂/dλ, in pascals. Document 000 writes T for two things: in 4.3.3 and in
@@ -7,28 +7,28 @@
 // ERRATUM: doc 000, 4.3.3 uses one symbol for both.
 
 use crate::curves::TensionCurve;
-use crate::filter::DefinitenessFilter;
 use crate::material::Evaluation;
 use crate::near_rest::inverse_cube_root;
 use crate::tensor_terms::Terms;
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4, Vector, dot};
 
-/// Which stretch a fibre feels.
+/// Which stretch a fiber feels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stretch {
     /// λ = |F a₀|, what PhysBAM runs. Defined for every F, and its stiffness has a closed-form
     /// definite part; the default.
     #[default]
-    Plain,
+    Total,
     /// λ = J^(−1/3) |F a₀|, document 000 section 4.2: a pure change of volume does not stretch
     /// it. Needs det F > 0.
-    Deviatoric,
+    Isochoric,
 }
 
-/// What all fibres of a body share: the shape of the tension curve and the kind of stretch.
+/// What all fibers of a body share: the shape of the tension curve and the kind of stretch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FiberLaw<C> {
-    /// Tension as a function of the normalised stretch.
+    /// Tension as a function of the normalized stretch.
     pub curve: C,
     /// Which stretch.
     pub stretch: Stretch,
@@ -107,11 +107,11 @@ impl<T: Real> FiberTerm<T> {
     ) -> Mat<T, 3> {
         let pull = self.pull(law, F);
         match law.stretch {
-            Stretch::Plain => {
-                let kernel = pull.kernel(DefinitenessFilter::None);
+            Stretch::Total => {
+                let kernel = pull.kernel(HessianProjection::None);
                 Mat::outer(kernel.mul_vec(dF.mul_vec(self.direction)), self.direction)
             }
-            Stretch::Deviatoric => {
+            Stretch::Isochoric => {
                 let g = self.gradient(law, F, &pull);
                 let H = F.cofactor().scale(F.determinant().recip());
                 let third = T::from_f64(1.0 / 3.0);
@@ -137,7 +137,7 @@ impl<T: Real> FiberTerm<T> {
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
     ) -> Tensor4<T, 3> {
-        self.derivative(law, F, &self.pull(law, F), DefinitenessFilter::None)
+        self.derivative(law, F, &self.pull(law, F), HessianProjection::None)
     }
 
     /// ∂P/∂F with its negative eigenvalues filtered.
@@ -151,24 +151,24 @@ impl<T: Real> FiberTerm<T> {
         &self,
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, 3> {
         self.derivative(law, F, &self.pull(law, F), filter)
     }
 
-    /// The 3×3 matrix k of the plain stretch with dP = (k dF a₀) a₀ᵀ: T/λ across the fibre, T′
-    /// along it. With the area normals b of a simplex the fibre's stiffness block is
+    /// The 3×3 matrix k of the plain stretch with dP = (k dF a₀) a₀ᵀ: T/λ across the fiber, T′
+    /// along it. With the area normals b of a simplex the fiber's stiffness block is
     /// (a₀·b_m)(a₀·b_n) V k.
     #[inline(always)]
     pub fn plain_kernel<C: TensionCurve>(
         &self,
         curve: &C,
         F: &Mat<T, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Mat<T, 3> {
         let law = FiberLaw {
             curve,
-            stretch: Stretch::Plain,
+            stretch: Stretch::Total,
         };
         self.pull(&law, F).kernel(filter)
     }
@@ -191,7 +191,7 @@ impl<T: Real> FiberTerm<T> {
         &self,
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Evaluation<T, 3> {
         let pull = self.pull(law, F);
         Evaluation {
@@ -201,9 +201,9 @@ impl<T: Real> FiberTerm<T> {
         }
     }
 
-    /// The normalised stretch l = λ/λ_ofl.
+    /// The normalized stretch l = λ/λ_ofl.
     #[inline(always)]
-    pub fn normalised_stretch<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> T {
+    pub fn normalized_stretch<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> T {
         self.pull(law, F).lambda / self.optimal_stretch
     }
 
@@ -215,8 +215,8 @@ impl<T: Real> FiberTerm<T> {
         let length = T::select(square.lt(tiny), tiny, square).sqrt();
         let inverse_length = length.recip();
         let shrink = match law.stretch {
-            Stretch::Plain => T::one(),
-            Stretch::Deviatoric => inverse_cube_root(F.determinant()),
+            Stretch::Total => T::one(),
+            Stretch::Isochoric => inverse_cube_root(F.determinant()),
         };
         let lambda = shrink * length;
         let per_stretch = self.optimal_stretch.recip();
@@ -245,8 +245,8 @@ impl<T: Real> FiberTerm<T> {
     ) -> Mat<T, 3> {
         let along = Mat::outer(pull.u, self.direction);
         match law.stretch {
-            Stretch::Plain => along,
-            Stretch::Deviatoric => {
+            Stretch::Total => along,
+            Stretch::Isochoric => {
                 let H = F.cofactor().scale(F.determinant().recip());
                 along.scale(pull.shrink) - H.scale(T::from_f64(1.0 / 3.0) * pull.lambda)
             }
@@ -259,18 +259,18 @@ impl<T: Real> FiberTerm<T> {
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
         pull: &Pull<T>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, 3> {
         let a = self.direction;
         match law.stretch {
-            Stretch::Plain => {
+            Stretch::Total => {
                 let kernel = pull.kernel(filter);
                 Tensor4(core::array::from_fn(|j| {
                     core::array::from_fn(|l| kernel.scale(a[j] * a[l]))
                 }))
             }
-            Stretch::Deviatoric => {
-                // T' g (g:dF) + T dg with g = ∂λ/∂F, and the across-fibre part block by block.
+            Stretch::Isochoric => {
+                // T' g (g:dF) + T dg with g = ∂λ/∂F, and the across-fiber part block by block.
                 let H = F.cofactor().scale(F.determinant().recip());
                 let g = self.gradient(law, F, pull);
                 let third = T::from_f64(1.0 / 3.0) * pull.tension;
@@ -297,8 +297,8 @@ impl<T: Real> FiberTerm<T> {
     #[inline(always)]
     fn guarded<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>, energy: T) -> T {
         match law.stretch {
-            Stretch::Plain => energy,
-            Stretch::Deviatoric => T::select(
+            Stretch::Total => energy,
+            Stretch::Isochoric => T::select(
                 T::zero().lt(F.determinant()),
                 energy,
                 T::from_f64(f64::INFINITY),
@@ -315,7 +315,7 @@ impl<T: Real> Pull<T> {
     }
     /// T/λ (I − u uᵀ) + T′ u uᵀ for the plain stretch.
     #[inline(always)]
-    fn kernel(&self, filter: DefinitenessFilter) -> Mat<T, 3> {
+    fn kernel(&self, filter: HessianProjection) -> Mat<T, 3> {
         let across = filter.eigenvalue(self.tension * self.inverse_length);
         let along = filter.eigenvalue(self.stiffness);
         let mut k = Mat::outer(self.u, self.u).scale(along - across);

@@ -8,11 +8,11 @@
 //!
 //! ```
 //! use fem_kinematics::Mat;
-//! use fem_materials::{DefinitenessFilter, Flesh, Material};
+//! use fem_materials::{HessianProjection, Flesh, Material};
 //!
 //! let flesh = Flesh::new(6e4, 2e4, 6e4);
 //! let F = Mat([[1.1, 0.1, 0.0], [0.0, 0.9, 0.0], [0.0, 0.2, 1.0]]);
-//! let all = flesh.evaluate(&F, DefinitenessFilter::Clamp);
+//! let all = flesh.evaluate(&F, HessianProjection::Clamp);
 //! assert!(all.energy > 0.0);
 //! // P is the derivative of the energy
 //! let (h, dF) = (1e-6_f64, Mat([[0.3, -0.2, 0.1], [0.5, 0.4, 0.0], [-0.1, 0.2, 0.6]]));
@@ -27,7 +27,6 @@
 pub mod conformance;
 pub mod curves;
 mod fiber;
-mod filter;
 pub mod inversion;
 pub mod isotropic;
 mod lame;
@@ -41,8 +40,8 @@ pub mod registry;
 mod sum;
 mod tensor_terms;
 
+pub use fem_kinematics::HessianProjection;
 pub use fiber::{FiberLaw, FiberTerm, Stretch};
-pub use filter::DefinitenessFilter;
 pub use lame::{Lame, LameError, Space};
 pub use material::{Evaluation, Material, Symmetry};
 pub use models::*;

@@ -1,7 +1,7 @@
 //! The one trait that every constitutive model implements.
 
-use crate::filter::DefinitenessFilter;
 use crate::isotropic;
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// What a rotation of the rest shape does to a model's energy.
@@ -10,14 +10,14 @@ pub enum Symmetry {
     /// Nothing: ψ(F R) = ψ(F) for every rotation R, so dP/dF is block diagonal in the frame of
     /// the singular vectors.
     Isotropic,
-    /// The energy depends on directions in the rest shape, such as fibres.
+    /// The energy depends on directions in the rest shape, such as fibers.
     Anisotropic,
 }
 
 /// ψ, P and dP/dF at one F.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluation<T, const D: usize> {
-    /// ψ, joules per cubic metre of rest volume.
+    /// ψ, joules per cubic meter of rest volume.
     pub energy: T,
     /// First Piola-Kirchhoff stress P, pascals.
     pub stress: Mat<T, D>,
@@ -37,7 +37,7 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
     /// Whether the rest shape has preferred directions.
     const SYMMETRY: Symmetry = Symmetry::Anisotropic;
 
-    /// ψ(F), joules per cubic metre of rest volume (per square metre in 2D).
+    /// ψ(F), joules per cubic meter of rest volume (per square meter in 2D).
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T;
 
     /// First Piola-Kirchhoff stress P = ∂ψ/∂F, pascals.
@@ -58,10 +58,10 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
         match (filter, Self::SYMMETRY) {
-            (DefinitenessFilter::None, _) => self.stress_derivative(F),
+            (HessianProjection::None, _) => self.stress_derivative(F),
             (_, Symmetry::Isotropic) => {
                 isotropic::filtered(F, filter, |F_hat| self.stress_derivative(F_hat))
             }
@@ -77,7 +77,7 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
 
     /// ψ, P and the filtered dP/dF together.
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
         let (energy, stress) = self.energy_and_stress(F);
         Evaluation {
             energy,

@@ -1,7 +1,7 @@
 //! A material whose methods are compiled once each.
 
-use crate::filter::DefinitenessFilter;
 use crate::material::{Evaluation, Material, Symmetry};
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// The same material, with one compiled copy of each method and scalar type.
@@ -35,7 +35,7 @@ impl<const D: usize, M: Material<D>> Material<D> for Outlined<M> {
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
         self.0.filtered_derivative(F, filter)
     }
@@ -44,7 +44,7 @@ impl<const D: usize, M: Material<D>> Material<D> for Outlined<M> {
         self.0.energy_and_stress(F)
     }
     #[inline(never)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
         self.0.evaluate(F, filter)
     }
     #[inline(never)]

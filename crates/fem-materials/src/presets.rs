@@ -15,7 +15,7 @@ pub struct Preset {
     pub name: &'static str,
     /// A, B and K, Pa.
     pub flesh: Flesh,
-    /// σ_max of the muscles in it, Pa; 0 for tissue without fibres.
+    /// σ_max of the muscles in it, Pa; 0 for tissue without fibers.
     pub peak_tension: f64,
     /// Optimal stretch λ_ofl.
     pub optimal_stretch: f64,
@@ -36,7 +36,7 @@ pub const MUSCLE: Preset = Preset {
              (fiber_max_stress = 3e5)",
 };
 
-/// The same flesh without fibres: what fills a face between its muscles.
+/// The same flesh without fibers: what fills a face between its muscles.
 pub const PASSIVE_FLESH: Preset = Preset {
     name: "passive_flesh",
     peak_tension: 0.0,
@@ -91,11 +91,11 @@ pub fn preset(name: &str) -> Option<Preset> {
     PRESETS.into_iter().find(|p| p.name == name)
 }
 
-/// The fibre law that all presets are meant for: PhysBAM's curves and plain stretch.
+/// The fiber law that all presets are meant for: PhysBAM's curves and plain stretch.
 pub fn default_fiber_law() -> FiberLaw<PhysBam> {
     FiberLaw {
         curve: PhysBam::default(),
-        stretch: Stretch::Plain,
+        stretch: Stretch::Total,
     }
 }
 

@@ -1,8 +1,8 @@
 //! The sum of two models.
 
-use crate::filter::DefinitenessFilter;
 use crate::isotropic;
 use crate::material::{Material, Symmetry};
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = ψ₁ + ψ₂.
@@ -45,10 +45,10 @@ impl<const D: usize, M: Material<D>, N: Material<D>> Material<D> for Sum<M, N> {
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
         match <Self as Material<D>>::SYMMETRY {
-            Symmetry::Isotropic if filter != DefinitenessFilter::None => {
+            Symmetry::Isotropic if filter != HessianProjection::None => {
                 isotropic::filtered(F, filter, |F_hat| self.stress_derivative(F_hat))
             }
             _ => self.0.filtered_derivative(F, filter) + self.1.filtered_derivative(F, filter),

@@ -77,7 +77,7 @@ impl PivotedQr {
         self.pivots[k]
     }
 
-    /// A minimiser of `‖A x − b‖` with zeros for the columns beyond the rank.
+    /// A minimizer of `‖A x − b‖` with zeros for the columns beyond the rank.
     pub fn least_squares(&self, b: &[f64]) -> Vec<f64> {
         let m = self.rows;
         let mut y = b.to_vec();

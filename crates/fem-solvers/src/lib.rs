@@ -37,7 +37,7 @@
 //!         }
 //!         g[x.len() - 1] -= 2.0;
 //!     }
-//!     fn hessian(&self, x: &[f64], _: Definiteness, out: &mut BlockSymmetric<1>) {
+//!     fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
 //!         out.values_mut().fill([[0.0]]);
 //!         for i in 0..x.len() {
 //!             let s = x[i] - if i > 0 { x[i - 1] } else { 0.0 } - 1.0;
@@ -90,9 +90,9 @@ pub use gauss_newton::{
 };
 pub use load_stepping::{LoadSteppingError, LoadSteppingInfo, LoadSteppingParams, walk_load};
 pub use newton::{
-    Definiteness, DefinitenessPolicy, LineSearchParams, LinearSolver, Merit, Newton, NewtonError,
-    NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams, NonlinearProblem,
-    PreconditionerChoice, StopReason,
+    HessianProjection, LineSearchParams, LinearSolver, Merit, Newton, NewtonError, NewtonFailure,
+    NewtonInfo, NewtonIteration, NewtonParams, NonlinearProblem, PreconditionerChoice,
+    ProjectionPolicy, StopReason,
 };
 pub use operator::{AssumedPositiveDefinite, LinearOperator, Preconditioner, Structure};
 pub use ordering::{Permutation, nested_dissection};

@@ -5,4 +5,4 @@
 pub mod stress;
 pub mod verify;
 
-pub use workbench::{bench, ledger, numbers, scenes, shared};
+pub use workbench::{bench, numbers, report, scenes, shared};

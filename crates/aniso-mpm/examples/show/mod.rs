@@ -91,7 +91,7 @@ fn write_frame<T: Float, S: Scheme, L: Law<D>, const D: usize>(
     )
 }
 
-/// Discs sorted from back to front; bodies have their own colour, damage turns them red.
+/// Discs sorted from back to front; bodies have their own color, damage turns them red.
 fn picture<T: Float, const D: usize>(
     particles: &Particles<T, D>,
     view: &View,
@@ -135,7 +135,7 @@ fn picture<T: Float, const D: usize>(
         };
         let whole = BODIES[particles.body[p] as usize % BODIES.len()];
         let broken = [215.0, 35.0, 30.0];
-        let colour: [f64; 3] =
+        let color: [f64; 3] =
             std::array::from_fn(|c| shade * ((1.0 - d) * whole[c] + d * broken[c]));
         let rows = (y - radius).floor().max(0.0) as usize
             ..((y + radius).ceil().max(0.0) as usize + 1).min(height);
@@ -148,7 +148,7 @@ fn picture<T: Float, const D: usize>(
                 let at = (row * view.width + column) * 3;
                 for c in 0..3 {
                     let old = f64::from(image[at + c]);
-                    image[at + c] = (old + cover * (colour[c] - old)).round() as u8;
+                    image[at + c] = (old + cover * (color[c] - old)).round() as u8;
                 }
             }
         }
@@ -247,7 +247,7 @@ fn plot(name: &str, history: &[(f64, Energies)]) -> String {
         ("elastic", "#2f8f4e", |e| e.elastic, false),
         ("broken volume", "#c8322b", |e| e.damaged_volume, true),
     ];
-    for (k, (label, colour, value, of_volume)) in curves.into_iter().enumerate() {
+    for (k, (label, color, value, of_volume)) in curves.into_iter().enumerate() {
         let top = if of_volume { broken_max } else { energy_max };
         let points: String = history
             .iter()
@@ -261,7 +261,7 @@ fn plot(name: &str, history: &[(f64, Energies)]) -> String {
             .collect();
         let _ = writeln!(
             svg,
-            "<polyline points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\"/><text x=\"{x}\" y=\"{y}\" fill=\"{colour}\">{label}</text>",
+            "<polyline points=\"{points}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.6\"/><text x=\"{x}\" y=\"{y}\" fill=\"{color}\">{label}</text>",
             x = left + 12.0,
             y = 50.0 + 17.0 * k as f64
         );
@@ -271,7 +271,7 @@ fn plot(name: &str, history: &[(f64, Energies)]) -> String {
 }
 
 /// Adds the particles of a box to a body: `per_cell` on each axis of a cell of size `h`, where
-/// `inside` says so, with the fibre frame `frame`.
+/// `inside` says so, with the fiber frame `frame`.
 pub fn fill_box<T: Float, const D: usize>(
     particles: &mut Particles<T, D>,
     min: [f64; D],

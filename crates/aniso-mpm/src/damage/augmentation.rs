@@ -216,12 +216,12 @@ impl<const D: usize> Augmentation<D> {
             let block: [i32; D] = crate::blocks::coordinates(k);
             for n in 0..(width as usize).pow(D as u32) {
                 let mut rest = n as i32;
-                let neighbour: [i32; D] = core::array::from_fn(|a| {
+                let neighbor: [i32; D] = core::array::from_fn(|a| {
                     let shift = rest % width - margin;
                     rest /= width;
                     block[a] + shift
                 });
-                reached.extend(key(neighbour));
+                reached.extend(key(neighbor));
             }
         }
         (0..input.x.len())

@@ -25,8 +25,8 @@ pub enum Directors<const D: usize> {
 }
 
 impl<const D: usize> Directors<D> {
-    /// Fibres along e₁ of the fibre frame with weight α.
-    pub fn fibre(weight: f64) -> Self {
+    /// Fibers along e₁ of the fiber frame with weight α.
+    pub fn fiber(weight: f64) -> Self {
         let mut direction = [0.0; D];
         direction[0] = 1.0;
         Self::TransverselyIsotropic(Director { direction, weight })

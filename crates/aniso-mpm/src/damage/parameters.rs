@@ -44,7 +44,7 @@ impl DamageParameters {
 /// The largest principal Cauchy stress (Pa) of a material stretched by `stretch` along a unit
 /// direction: doc 001's starting value for σ_c ("a stress corresponding to some uniform stretch").
 ///
-/// The other directions keep their length. `direction` is in the law's fibre frame.
+/// The other directions keep their length. `direction` is in the law's fiber frame.
 pub fn stress_at_stretch<M: Material<D>, const D: usize>(
     material: &M,
     direction: [f64; D],

@@ -1,6 +1,6 @@
 //! B as a sparse matrix: each cell's row has the 4^D nodes around the cell.
 
-use super::matrix_free::FibreGrid;
+use super::matrix_free::FiberGrid;
 use crate::binning::NONE;
 use crate::blocks::{BLOCK_NODES, block_side};
 use crate::kernels::for_each_node;
@@ -27,7 +27,7 @@ const SPAN: usize = 4;
 
 impl<const D: usize> ConstraintMatrix<D> {
     /// Sums B over the particles of a grid, each cell over its particles in sorted order.
-    pub fn assemble(grid: &FibreGrid<D>) -> Self {
+    pub fn assemble(grid: &FiberGrid<D>) -> Self {
         let entries = SPAN.pow(D as u32);
         let blocks = grid.node_blocks();
         // One task per block of cells: it visits the particles that can reach it and adds to its
@@ -184,7 +184,7 @@ impl<const D: usize> ConstraintMatrix<D> {
 
 /// The rows of the cells in one block.
 fn block_rows<const D: usize>(
-    grid: &FibreGrid<D>,
+    grid: &FiberGrid<D>,
     slot: usize,
     entries: usize,
 ) -> (Vec<u32>, Vec<[f64; D]>) {

@@ -7,23 +7,23 @@ use crate::kernels::{Linear, Quadratic, Spline, Stencil};
 use crate::window::{Gather, Node, Scatter, rows, window_start};
 use fem_kinematics::{Mat, Quad, dot};
 
-/// Particles with a fibre direction, sorted on a grid.
+/// Particles with a fiber direction, sorted on a grid.
 ///
-/// Node and cell vectors have one entry per node of the grid's blocks; cell z has its centre at
+/// Node and cell vectors have one entry per node of the grid's blocks; cell z has its center at
 /// h (z + ½) and shares the number of node z.
 #[derive(Clone, Debug)]
-pub struct FibreGrid<const D: usize> {
+pub struct FiberGrid<const D: usize> {
     pub(crate) binning: Binning<Quadratic, D>,
     pub(crate) x: Vec<[f64; D]>,
     /// V_p, m³.
     pub(crate) volume: Vec<f64>,
-    /// Unit fibre directions in the world.
+    /// Unit fiber directions in the world.
     pub(crate) a: Vec<[f64; D]>,
 }
 
-impl<const D: usize> FibreGrid<D> {
-    /// Sorts the particles at `x` (m) with current volumes `volume` (m³) and fibres `a` (alg. 11
-    /// line 6). A fibre is a direction: `a` is normalised here, and 0 (a collapsed fibre) takes
+impl<const D: usize> FiberGrid<D> {
+    /// Sorts the particles at `x` (m) with current volumes `volume` (m³) and fibers `a` (alg. 11
+    /// line 6). A fiber is a direction: `a` is normalized here, and 0 (a collapsed fiber) takes
     /// the particle out of the constraint.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ impl<const D: usize> FibreGrid<D> {
         a: &[[T; D]],
     ) -> Result<Self, MpmError> {
         same_length("volume", volume.len(), x.len())?;
-        same_length("fibre direction", a.len(), x.len())?;
+        same_length("fiber direction", a.len(), x.len())?;
         let x: Vec<[f64; D]> = x.iter().map(|x| x.map(Float::to_f64)).collect();
         let mut binning = Binning::new(h);
         binning.rebuild(&x)?;
@@ -160,7 +160,7 @@ impl<const D: usize> FibreGrid<D> {
 }
 
 struct SpreadMass<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
     mass: &'a [f64],
 }
 impl<const D: usize> Scatter<f64, D> for SpreadMass<'_, D> {
@@ -174,7 +174,7 @@ impl<const D: usize> Scatter<f64, D> for SpreadMass<'_, D> {
 }
 
 struct SpreadStress<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
     sigma: &'a [Mat<f64, D>],
 }
 impl<const D: usize> Scatter<f64, D> for SpreadStress<'_, D> {
@@ -192,7 +192,7 @@ impl<const D: usize> Scatter<f64, D> for SpreadStress<'_, D> {
 }
 
 struct SpreadTension<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
     tension: &'a [f64],
 }
 impl<const D: usize> Scatter<f64, D> for SpreadTension<'_, D> {
@@ -211,7 +211,7 @@ impl<const D: usize> Scatter<f64, D> for SpreadTension<'_, D> {
 }
 
 struct ReadStretchRate<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
 }
 impl<const D: usize> Gather<f64, D> for ReadStretchRate<'_, D> {
     type Output = f64;
@@ -229,7 +229,7 @@ impl<const D: usize> Gather<f64, D> for ReadStretchRate<'_, D> {
 }
 
 struct SpreadToCells<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
     value: &'a [f64],
 }
 impl<const D: usize> Scatter<f64, D> for SpreadToCells<'_, D> {
@@ -244,7 +244,7 @@ impl<const D: usize> Scatter<f64, D> for SpreadToCells<'_, D> {
 }
 
 struct ReadCells<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
 }
 impl<const D: usize> Gather<f64, D> for ReadCells<'_, D> {
     type Output = f64;

@@ -1,6 +1,6 @@
-//! Inextensible fibres: (a aᵀ) : d = 0 on every cell (doc 001, section 4 and alg. 11).
+//! Inextensible fibers: (a aᵀ) : d = 0 on every cell (doc 001, section 4 and alg. 11).
 //!
-//! Velocities live on nodes with the quadratic kernel N_i, multipliers on cell centres h (z + ½)
+//! Velocities live on nodes with the quadratic kernel N_i, multipliers on cell centers h (z + ½)
 //! with the linear kernel Γ_z. The constraint matrix couples each cell to the 4^D nodes around it:
 //!
 //! ```text
@@ -16,5 +16,5 @@ mod matrix_free;
 mod solve;
 
 pub use matrix::ConstraintMatrix;
-pub use matrix_free::FibreGrid;
+pub use matrix_free::FiberGrid;
 pub use solve::{CollisionRow, InextensibleSolution, Projection};

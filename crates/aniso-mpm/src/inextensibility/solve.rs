@@ -1,7 +1,7 @@
-//! The projection of grid velocities onto those that stretch no fibre (alg. 11, lines 9-13).
+//! The projection of grid velocities onto those that stretch no fiber (alg. 11, lines 9-13).
 
 use super::matrix::ConstraintMatrix;
-use super::matrix_free::FibreGrid;
+use super::matrix_free::FiberGrid;
 use crate::error::MpmError;
 use crate::float::worse;
 use fem_kinematics::dot;
@@ -9,7 +9,7 @@ use fem_solvers::{LinearOperator, PcgError, PcgParams, Structure, pcg_semidefini
 
 /// One more row of the constraint: the node's velocity along `normal` is `speed`.
 ///
-/// Collisions are part of the same solve, so that the fibres cannot push the material back into
+/// Collisions are part of the same solve, so that the fibers cannot push the material back into
 /// an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollisionRow<const D: usize> {
@@ -38,7 +38,7 @@ pub struct InextensibleSolution<const D: usize> {
 /// B, M⁻¹ and the collision rows of one step.
 #[derive(Clone, Debug)]
 pub struct Projection<'a, const D: usize> {
-    grid: &'a FibreGrid<D>,
+    grid: &'a FiberGrid<D>,
     matrix: ConstraintMatrix<D>,
     /// Δt/m of the matrix's nodes.
     inverse_mass: Vec<f64>,
@@ -51,12 +51,12 @@ impl<'a, const D: usize> Projection<'a, D> {
     /// Assembles B and M⁻¹ (alg. 11, lines 5-8). `inverse_mass` is Δt/m_i on all nodes of the
     /// grid, 0 where there is no mass.
     ///
-    /// Collision rows at nodes that no fibre reaches are left out: nothing couples to them.
+    /// Collision rows at nodes that no fiber reaches are left out: nothing couples to them.
     ///
     /// # Errors
     /// A length that differs.
     pub fn new(
-        grid: &'a FibreGrid<D>,
+        grid: &'a FiberGrid<D>,
         inverse_mass: &[f64],
         collisions: &[CollisionRow<D>],
     ) -> Result<Self, MpmError> {
@@ -170,7 +170,7 @@ impl<'a, const D: usize> Projection<'a, D> {
                 ) => iterations += params.max_iterations,
                 Err(error) => {
                     return Err(MpmError::Solve {
-                        system: "inextensible fibres",
+                        system: "inextensible fibers",
                         message: error.to_string(),
                     });
                 }
@@ -190,7 +190,7 @@ impl<'a, const D: usize> Projection<'a, D> {
         };
         if !(violation <= 1e-4) {
             return Err(MpmError::Solve {
-                system: "inextensible fibres",
+                system: "inextensible fibers",
                 message: format!(
                     "a stretch rate of {violation:e} of the initial one is left after {iterations} iterations"
                 ),
@@ -235,7 +235,7 @@ impl<'a, const D: usize> Projection<'a, D> {
     }
 
     /// The grid that the node vectors live on.
-    pub fn grid(&self) -> &FibreGrid<D> {
+    pub fn grid(&self) -> &FiberGrid<D> {
         self.grid
     }
 }

@@ -1,7 +1,7 @@
 use super::Deviation;
 use super::read::{Report, at, list, matrices, node, number, numbers, relative, vectors};
 use crate::float::worse;
-use crate::inextensibility::{FibreGrid, Projection};
+use crate::inextensibility::{FiberGrid, Projection};
 use fem_solvers::PcgParams;
 use serde_json::Value;
 
@@ -23,7 +23,7 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
     let per_axis = number(case, "nodes_per_axis")? as usize;
     let x = vectors::<D>(case, "x")?;
     let (volume, a) = (numbers(case, "V")?, vectors::<D>(case, "a")?);
-    let grid = FibreGrid::new(h, &x, &volume, &a).map_err(text)?;
+    let grid = FiberGrid::new(h, &x, &volume, &a).map_err(text)?;
     let places = |key: &str| -> Result<Vec<usize>, String> {
         numbers(case, key)?
             .iter()

@@ -1,5 +1,5 @@
 //! Comparison with reference solutions kept as JSON: kernels (c1), damage (c2), inextensible
-//! fibres (c3) and the relaxed KKT system (c4).
+//! fibers (c3) and the relaxed KKT system (c4).
 //!
 //! [`compare`] takes the parsed file and returns every error with its tolerance; what to do with
 //! them is the caller's business.

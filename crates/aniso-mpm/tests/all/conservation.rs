@@ -1,13 +1,13 @@
 //! Mass, momentum and angular momentum over many steps of a free, spinning, elastic body.
 use crate::{Host, lattice};
 use aniso_mpm::{
-    Apic, Body, Cubic, FibreReinforced, Linear, MlsMpm, Particles, Quadratic, Scheme, Settings,
+    Apic, Body, Cubic, FiberReinforced, Linear, MlsMpm, Particles, Quadratic, Scheme, Settings,
     Simulation, Spline,
 };
 
 const H: f64 = 0.1;
 
-const LAW: FibreReinforced = FibreReinforced {
+const LAW: FiberReinforced = FiberReinforced {
     mu: 2e3,
     lambda: 5e3,
     kx: 3e3,

@@ -1,11 +1,11 @@
 //! The law against exact derivatives, closed forms of a bar, energies, and the implicit step.
 use crate::{Host, lattice};
 use aniso_mpm::{
-    Body, Contact, FibreReinforced, ImplicitStep, Integrator, Law, Obstacle, Settings, Shape,
+    Body, Contact, FiberReinforced, ImplicitStep, Integrator, Law, Obstacle, Settings, Shape,
 };
 use fem_kinematics::{Dual, Mat};
 
-const LAW: FibreReinforced = FibreReinforced {
+const LAW: FiberReinforced = FiberReinforced {
     mu: 3.0,
     lambda: 7.0,
     kx: 11.0,
@@ -57,12 +57,12 @@ fn momentum_beyond(x: f64, s: &Host<2>) -> f64 {
     right.map(|i| p.mass[i] * p.v[i][0]).sum()
 }
 
-/// A bar with fibres along its axis, pulled slowly: the force of a grip (what its half of the bar
+/// A bar with fibers along its axis, pulled slowly: the force of a grip (what its half of the bar
 /// gains over a step without grips) against uniaxial stress at the stretch of the middle.
 #[test]
-fn fibre_reinforced_bar_under_tension() {
+fn fiber_reinforced_bar_under_tension() {
     let h = 0.05;
-    let law = FibreReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0).unwrap();
+    let law = FiberReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0).unwrap();
     let length = 1.0;
     let mut particles = lattice::<f64, 2>([0.0; 2], [length, 0.2], 0.025, |_| true);
     let speed = 0.1;
@@ -128,7 +128,7 @@ fn oscillating(integrator: Integrator, cells: f64, obstacles: Vec<Obstacle<2>>) 
     let mut settings = Settings::new(h);
     settings.gravity = [0.0; 2];
     settings.integrator = integrator;
-    let body = Body::elastic(FibreReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0).unwrap());
+    let body = Body::elastic(FiberReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0).unwrap());
     Host::new(settings, vec![body], obstacles, particles).unwrap()
 }
 
@@ -145,7 +145,7 @@ fn energy_falls_and_falls_less_on_a_finer_grid() {
         s.advance(0.3).unwrap();
         kept.push(total(&s) / before);
     }
-    println!("energy kept after 0.3 s on 8, 16, 32 cells per metre: {kept:?}");
+    println!("energy kept after 0.3 s on 8, 16, 32 cells per meter: {kept:?}");
     assert!(kept.iter().all(|k| *k < 1.0), "{kept:?}");
     for (kept, floor) in kept.iter().zip([0.78, 0.93, 0.98]) {
         assert!(*kept > floor, "{kept} {floor}");

@@ -1,9 +1,9 @@
-//! Inextensible fibres: the constraint against the deformation it stands for, the weak form against
+//! Inextensible fibers: the constraint against the deformation it stands for, the weak form against
 //! sums over the particles, collisions in the same solve, and the host.
 use crate::{Host, lattice};
-use aniso_mpm::inextensibility::{CollisionRow, FibreGrid, Projection};
+use aniso_mpm::inextensibility::{CollisionRow, FiberGrid, Projection};
 use aniso_mpm::{
-    Apic, Body, Contact, Fibre, FibreReinforced, Obstacle, Quadratic, Settings, Shape, Simulation,
+    Apic, Body, Contact, Fiber, FiberReinforced, Obstacle, Quadratic, Settings, Shape, Simulation,
 };
 use fem_kinematics::{Dual, Mat, dot};
 use fem_solvers::PcgParams;
@@ -19,14 +19,14 @@ fn exact() -> PcgParams {
     }
 }
 
-/// The linear basis Γ_z of the cell with its centre at h (z + ½), written independently.
+/// The linear basis Γ_z of the cell with its center at h (z + ½), written independently.
 fn hat(x: [f64; 2], z: [i32; 2]) -> f64 {
     (0..2)
         .map(|a| (1.0 - (x[a] / H - f64::from(z[a]) - 0.5).abs()).max(0.0))
         .product()
 }
 
-/// Places, volumes and one unit fibre per particle of a small block.
+/// Places, volumes and one unit fiber per particle of a small block.
 fn block() -> (Vec<[f64; 2]>, Vec<f64>, Vec<[f64; 2]>) {
     let x = lattice::<f64, 2>([0.0; 2], [0.4; 2], 0.04, |_| true).x;
     let volume = (0..x.len())
@@ -42,13 +42,13 @@ fn block() -> (Vec<[f64; 2]>, Vec<f64>, Vec<[f64; 2]>) {
 }
 
 /// Values of a function of the place on all nodes of a grid.
-fn on_nodes<R>(grid: &FibreGrid<2>, f: impl Fn([f64; 2]) -> R) -> Vec<R> {
+fn on_nodes<R>(grid: &FiberGrid<2>, f: impl Fn([f64; 2]) -> R) -> Vec<R> {
     (0..grid.len())
         .map(|i| f(grid.node_blocks().node(i).map(|n| f64::from(n) * H)))
         .collect()
 }
 
-/// d/dt ln √tr(C M) along ∇v = L is (a aᵀ) : d, and Σ_z (B v)_z sums it over the volume: fibres keep
+/// d/dt ln √tr(C M) along ∇v = L is (a aᵀ) : d, and Σ_z (B v)_z sums it over the volume: fibers keep
 /// tr(C M) = 1 exactly where the constraint holds.
 #[test]
 fn constraint_is_the_rate_of_tr_cm() {
@@ -65,7 +65,7 @@ fn constraint_is_the_rate_of_tr_cm() {
         let tr_cm = dot(stretched, stretched);
         let a = F.mul_vec(a0);
         let (x, volume, _) = block();
-        let grid = FibreGrid::new(H, &x, &volume, &vec![a; x.len()]).unwrap();
+        let grid = FiberGrid::new(H, &x, &volume, &vec![a; x.len()]).unwrap();
         let v = on_nodes(&grid, |x| L.mul_vec(x));
         let summed: f64 = grid.apply(&v).iter().sum();
         let expected = volume.iter().sum::<f64>() * 0.5 * tr_cm.derivative / tr_cm.value;
@@ -80,9 +80,9 @@ fn constraint_is_the_rate_of_tr_cm() {
 /// Tested with q = c + Q x, which the quadratic basis holds exactly, the new velocity meets
 /// Σ m q·(v − v⁰)/Δt + Σ_p V_p (σ + λ a aᵀ) : Q = Σ m q·g, and nothing acts on the boundary.
 #[test]
-fn weak_form_has_the_fibre_tension_gravity_and_no_traction() {
+fn weak_form_has_the_fiber_tension_gravity_and_no_traction() {
     let (x, volume, a) = block();
-    let grid = FibreGrid::new(H, &x, &volume, &a).unwrap();
+    let grid = FiberGrid::new(H, &x, &volume, &a).unwrap();
     let mass: Vec<f64> = volume.iter().map(|v| 1000.0 * v).collect();
     let node_mass = grid.node_mass(&mass).unwrap();
     let sigma: Vec<Mat<f64, 2>> = (0..x.len())
@@ -120,7 +120,7 @@ fn weak_form_has_the_fibre_tension_gravity_and_no_traction() {
         })
         .collect();
     let largest = tension.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-    assert!(largest > 1.0, "the fibres carry something: {largest} Pa");
+    assert!(largest > 1.0, "the fibers carry something: {largest} Pa");
     for (c, Q) in [
         ([1.0, 0.0], Mat::zeros()),
         ([0.0, 1.0], Mat::zeros()),
@@ -157,9 +157,9 @@ fn weak_form_has_the_fibre_tension_gravity_and_no_traction() {
 }
 
 #[test]
-fn collisions_and_fibres_are_met_by_one_velocity() {
+fn collisions_and_fibers_are_met_by_one_velocity() {
     let (x, volume, a) = block();
-    let grid = FibreGrid::new(H, &x, &volume, &a).unwrap();
+    let grid = FiberGrid::new(H, &x, &volume, &a).unwrap();
     let node_mass = grid.node_mass(&volume).unwrap();
     let inverse_mass: Vec<f64> = node_mass
         .iter()
@@ -190,10 +190,10 @@ fn collisions_and_fibres_are_met_by_one_velocity() {
     );
 }
 
-/// One step of the host stretches no fibre a = F a₀, in the average over any cell, read off the
-/// particles before and after. The fibres start turned and stretched.
+/// One step of the host stretches no fiber a = F a₀, in the average over any cell, read off the
+/// particles before and after. The fibers start turned and stretched.
 #[test]
-fn host_constrains_the_transported_fibre() {
+fn host_constrains_the_transported_fiber() {
     let (sin, cos) = 1.1f64.sin_cos();
     let mut particles = lattice::<f64, 2>([0.0; 2], [0.4; 2], 0.04, |_| true);
     for p in 0..particles.len() {
@@ -201,11 +201,11 @@ fn host_constrains_the_transported_fibre() {
         particles.F[p] = Mat([[cos, -sin], [sin, cos]]) * Mat([[1.2, 0.1 * x[0]], [0.0, 0.9]]);
         particles.v[p] = [0.5 * x[0] + 0.2 * x[1], -0.8 * x[1] + 0.3];
     }
-    let law = FibreReinforced::from_young_poisson(1e3, 0.3, 0.0, 0.0).unwrap();
+    let law = FiberReinforced::from_young_poisson(1e3, 0.3, 0.0, 0.0).unwrap();
     // Largest average of a·∇v a over a cell, in one step of the host.
-    let stretch_rate = |fibre: Fibre| {
+    let stretch_rate = |fiber: Fiber| {
         let body = Body {
-            fibre,
+            fiber,
             ..Body::elastic(law)
         };
         let mut s = Simulation::<f64, Apic<Quadratic>, _, 2>::new(
@@ -239,16 +239,16 @@ fn host_constrains_the_transported_fibre() {
         largest
     };
     let (free, held) = (
-        stretch_rate(Fibre::Extensible),
-        stretch_rate(Fibre::Inextensible),
+        stretch_rate(Fiber::Extensible),
+        stretch_rate(Fiber::Inextensible),
     );
     println!("mean stretch rate in a cell: {free:.3} 1/s free, {held:.1e} 1/s held");
     assert!(free > 0.3 && held < 1e-5 * free);
 }
 
-/// Fibres turn with a spinning body: a = R a₀ after a third of a turn, as long as before.
+/// Fibers turn with a spinning body: a = R a₀ after a third of a turn, as long as before.
 #[test]
-fn fibres_turn_with_the_body() {
+fn fibers_turn_with_the_body() {
     let mut particles = lattice::<f64, 2>([-0.2; 2], [0.2; 2], 0.05, |_| true);
     let omega = 2.0;
     let (sin, cos) = 0.4f64.sin_cos();
@@ -261,8 +261,8 @@ fn fibres_turn_with_the_body() {
     let mut settings = Settings::new(H);
     settings.gravity = [0.0; 2];
     let body = Body {
-        fibre: Fibre::Inextensible,
-        ..Body::elastic(FibreReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0).unwrap())
+        fiber: Fiber::Inextensible,
+        ..Body::elastic(FiberReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0).unwrap())
     };
     let mut s = Host::<2>::new(settings, vec![body], vec![], particles).unwrap();
     let dt = 2e-3;
@@ -281,14 +281,14 @@ fn fibres_turn_with_the_body() {
     }
 }
 
-/// A column hangs from a clamp: without its fibres it stretches by ρ g L/E and more, with them not.
-/// The clamp is a set of collision rows in the fibres' own solve.
+/// A column hangs from a clamp: without its fibers it stretches by ρ g L/E and more, with them not.
+/// The clamp is a set of collision rows in the fibers' own solve.
 #[test]
 fn a_hanging_column_does_not_stretch() {
-    let lowest = |fibre: Fibre| {
+    let lowest = |fiber: Fiber| {
         let mut particles = lattice::<f64, 2>([0.0, -1.0], [0.3, 0.0], 0.05, |_| true);
         for F in &mut particles.F {
-            // e₁ of the fibre frame points down.
+            // e₁ of the fiber frame points down.
             *F = Mat([[0.0, 1.0], [-1.0, 0.0]]);
         }
         let clamp = Obstacle::fixed(
@@ -299,8 +299,8 @@ fn a_hanging_column_does_not_stretch() {
             Contact::Sticky,
         );
         let body = Body {
-            fibre,
-            ..Body::elastic(FibreReinforced::from_young_poisson(5e4, 0.3, 0.0, 0.0).unwrap())
+            fiber,
+            ..Body::elastic(FiberReinforced::from_young_poisson(5e4, 0.3, 0.0, 0.0).unwrap())
         };
         let mut s = Host::<2>::new(Settings::new(H), vec![body], vec![clamp], particles).unwrap();
         s.advance(0.15).unwrap();
@@ -308,7 +308,7 @@ fn a_hanging_column_does_not_stretch() {
         assert!((0..p.len()).all(|i| p.x[i][1] < -0.05 || p.v[i][1].abs() < 1e-8));
         p.x.iter().map(|x| x[1]).fold(0.0, f64::min)
     };
-    let (free, held) = (lowest(Fibre::Extensible), lowest(Fibre::Inextensible));
+    let (free, held) = (lowest(Fiber::Extensible), lowest(Fiber::Inextensible));
     println!("lowest particle, at -0.975 m at rest: {free:.4} m free, {held:.4} m held");
     assert!(free < -1.05 && (held + 0.975).abs() < 5e-3);
 }

@@ -10,14 +10,14 @@ mod scenes;
 mod stability;
 mod textbook;
 
-use aniso_mpm::{FibreReinforced, Float, MlsMpm, Particle, Particles, Quadratic, Simulation};
+use aniso_mpm::{FiberReinforced, Float, MlsMpm, Particle, Particles, Quadratic, Simulation};
 use fem_kinematics::Mat;
 
 /// The host that most tests run, one per dimension.
-type Host<const D: usize> = Simulation<f64, MlsMpm<Quadratic>, FibreReinforced, D>;
+type Host<const D: usize> = Simulation<f64, MlsMpm<Quadratic>, FiberReinforced, D>;
 
 /// Particles at rest in the middle of the cells of a lattice from `min` to `max`, where `inside`
-/// says so: 1000 kg/m³, body 0, fibres along e₁.
+/// says so: 1000 kg/m³, body 0, fibers along e₁.
 fn lattice<T: Float, const D: usize>(
     min: [f64; D],
     max: [f64; D],

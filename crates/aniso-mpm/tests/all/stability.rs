@@ -4,9 +4,9 @@ use aniso_mpm::damage::{
     DamageGrid, DamageModel, DamageParameters, Directors, ImplicitOptions, ImplicitSystem,
     driving_force, explicit_update, tensile_part,
 };
-use aniso_mpm::inextensibility::{FibreGrid, Projection};
+use aniso_mpm::inextensibility::{FiberGrid, Projection};
 use aniso_mpm::{
-    Apic, Body, Contact, Cubic, Fibre, FibreReinforced, ImplicitStep, Integrator, Law, MlsMpm,
+    Apic, Body, Contact, Cubic, Fiber, FiberReinforced, ImplicitStep, Integrator, Law, MlsMpm,
     MpmError, Obstacle, Particle, Particles, Quadratic, Settings, Shape, Simulation, worse,
 };
 use fem_kinematics::{Mat, Real};
@@ -14,14 +14,14 @@ use fem_solvers::PcgParams;
 
 const H: f64 = 0.1;
 
-fn tearing_body<const D: usize>(fibre: Fibre) -> Body<FibreReinforced, D> {
+fn tearing_body<const D: usize>(fiber: Fiber) -> Body<FiberReinforced, D> {
     Body {
-        law: FibreReinforced::from_young_poisson(1e4, 0.3, 2e4, 1e4).unwrap(),
+        law: FiberReinforced::from_young_poisson(1e4, 0.3, 2e4, 1e4).unwrap(),
         damage: Some(DamageModel {
             parameters: DamageParameters::new(H, 500.0, 1e-2),
-            directors: Directors::fibre(-1.0),
+            directors: Directors::fiber(-1.0),
         }),
-        fibre,
+        fiber,
     }
 }
 
@@ -31,10 +31,10 @@ fn block<const D: usize>(F: Mat<f64, D>) -> Particles<f64, D> {
     particles
 }
 
-fn simulation<const D: usize>(particles: Particles<f64, D>, fibre: Fibre) -> Host<D> {
+fn simulation<const D: usize>(particles: Particles<f64, D>, fiber: Fiber) -> Host<D> {
     Host::new(
         Settings::new(H),
-        vec![tearing_body(fibre)],
+        vec![tearing_body(fiber)],
         Obstacle::walls([-1.0; D], [2.0; D], Contact::Separate { friction: 0.3 }),
         particles,
     )
@@ -57,19 +57,19 @@ fn survives<const D: usize>(mut s: Host<D>) {
 }
 
 #[test]
-fn collapsed_fibres_and_inverted_particles() {
+fn collapsed_fibers_and_inverted_particles() {
     let mut collapsed = Mat::<f64, 3>::identity();
     collapsed.0[0][0] = 0.0;
-    survives(simulation(block(collapsed), Fibre::Extensible));
-    survives(simulation(block(collapsed), Fibre::Inextensible));
-    survives(simulation(block(Mat::<f64, 3>::zeros()), Fibre::Extensible));
+    survives(simulation(block(collapsed), Fiber::Extensible));
+    survives(simulation(block(collapsed), Fiber::Inextensible));
+    survives(simulation(block(Mat::<f64, 3>::zeros()), Fiber::Extensible));
     let mut inverted = Mat::<f64, 3>::identity();
     inverted.0[2][2] = -0.7;
-    survives(simulation(block(inverted), Fibre::Extensible));
-    survives(simulation(block(inverted), Fibre::Inextensible));
+    survives(simulation(block(inverted), Fiber::Extensible));
+    survives(simulation(block(inverted), Fiber::Inextensible));
     let mut flat = Mat::<f64, 2>::identity();
     flat.0[1][1] = -1.0;
-    survives(simulation(block(flat), Fibre::Inextensible));
+    survives(simulation(block(flat), Fiber::Inextensible));
 }
 
 #[test]
@@ -85,13 +85,13 @@ fn one_particle_and_none() {
         body: 0,
     })
     .unwrap();
-    let mut s = simulation(one, Fibre::Inextensible);
+    let mut s = simulation(one, Fiber::Inextensible);
     s.advance(0.1).unwrap();
     // Free fall by symplectic Euler in n equal steps: g t²/2 (1 + 1/n).
     let (fallen, exact) = (0.3 - s.particles().x[0][2], 0.5 * 9.81 * 0.01);
     let most = exact * (1.0 + 2.0 / s.steps() as f64);
     assert!(exact < fallen && fallen < most, "{fallen}");
-    let mut empty = simulation(Particles::<f64, 2>::new(), Fibre::Extensible);
+    let mut empty = simulation(Particles::<f64, 2>::new(), Fiber::Extensible);
     empty.advance(0.1).unwrap();
     assert!((empty.time() - 0.1).abs() < 1e-12);
 }
@@ -100,7 +100,7 @@ fn one_particle_and_none() {
 fn particles_that_leave_the_grid_are_an_error_that_names_them() {
     let mut far = block(Mat::<f64, 2>::identity());
     far.x[7] = [1e9, 0.0];
-    let mut s = simulation(far, Fibre::Extensible);
+    let mut s = simulation(far, Fiber::Extensible);
     let before = s.particles().clone();
     match s.advance(0.01) {
         Err(MpmError::ParticleOffGrid { particle: 7, .. }) => {}
@@ -114,7 +114,7 @@ fn particles_that_leave_the_grid_are_an_error_that_names_them() {
     }
     let mut s = Simulation::<f64, Apic<Cubic>, _, 2>::new(
         Settings::new(H),
-        vec![tearing_body(Fibre::Extensible)],
+        vec![tearing_body(Fiber::Extensible)],
         vec![],
         away,
     )
@@ -127,7 +127,7 @@ fn particles_that_leave_the_grid_are_an_error_that_names_them() {
 fn a_step_far_too_large_is_rejected_and_the_state_kept() {
     let mut stretched = Mat::<f64, 3>::identity();
     stretched.0[0][0] = 1.5;
-    let mut s = simulation(block(stretched), Fibre::Extensible);
+    let mut s = simulation(block(stretched), Fiber::Extensible);
     let before = s.particles().clone();
     assert!(matches!(s.step(0.5), Err(MpmError::StepRejected { .. })));
     assert_eq!(&before, s.particles());
@@ -182,9 +182,9 @@ fn nonsense_in_the_input_is_an_error() {
             .is_err()
     );
     assert!(particles.is_empty());
-    let mut body = tearing_body::<2>(Fibre::Extensible);
+    let mut body = tearing_body::<2>(Fiber::Extensible);
     if let Some(damage) = &mut body.damage {
-        damage.directors = Directors::fibre(-2.0);
+        damage.directors = Directors::fiber(-2.0);
     }
     let made = Host::<2>::new(Settings::new(H), vec![body], vec![], Particles::new());
     assert!(made.is_err());
@@ -196,7 +196,7 @@ fn every_field_of_the_particles_is_checked() {
     let made = |spoil: &dyn Fn(&mut Particles<f64, 2>)| {
         let mut particles = block(Mat::identity());
         spoil(&mut particles);
-        let body = tearing_body(Fibre::Extensible);
+        let body = tearing_body(Fiber::Extensible);
         Host::<2>::new(Settings::new(H), vec![body], vec![], particles).map(|_| ())
     };
     assert_eq!(made(&|_| {}), Ok(()));
@@ -284,7 +284,7 @@ fn elastic_constants_of_no_stable_material_are_an_error() {
         (-1.0, 0.3),
         (f64::NAN, 0.3),
     ] {
-        let made = FibreReinforced::from_young_poisson(young, poisson, 0.0, 0.0);
+        let made = FiberReinforced::from_young_poisson(young, poisson, 0.0, 0.0);
         assert!(made.is_err(), "{young} {poisson}: {made:?}");
     }
 }
@@ -295,7 +295,7 @@ fn damage_that_is_not_finite_is_rejected_and_the_state_kept() {
     let mut stretched = Mat::<f64, 2>::identity();
     stretched.0[0][0] = 1.2;
     stretched.0[1][1] = 1.2;
-    let mut body = tearing_body(Fibre::Extensible);
+    let mut body = tearing_body(Fiber::Extensible);
     if let Some(damage) = &mut body.damage {
         damage.parameters.sigma_crit = 1e-200;
     }
@@ -324,7 +324,7 @@ fn nan_stays_where_the_worst_is_looked_for() {
     let parameters = DamageParameters::new(H, 1.0, 0.05);
     let sigma = Mat::<f64, 2>::identity().scale(f64::NAN);
     assert!(tensile_part(&sigma).trace().is_nan());
-    let directors = Directors::fibre(-1.0);
+    let directors = Directors::fiber(-1.0);
     assert!(driving_force(&parameters, &directors, &Mat::identity(), &sigma, 0.0).is_nan());
     assert!(explicit_update(&parameters, 0.3, f64::NAN, 0.0, 1e-3).is_nan());
     assert!(explicit_update(&parameters, 0.3, 1.0, f64::NAN, 1e-3).is_nan());
@@ -343,11 +343,11 @@ fn nan_stays_where_the_worst_is_looked_for() {
     let system = ImplicitSystem::new(&grid, &volume, &force, &d, 1e-3, &constants, &options);
     assert!(system.unwrap().solve(1e-10).is_err());
 
-    // A velocity that is NaN at the first node of the fibres.
-    let fibres = FibreGrid::new(H, &x, &volume, &vec![[1.0, 0.0]; 100]).unwrap();
-    let inverse_mass = vec![1.0; fibres.len()];
-    let projection = Projection::new(&fibres, &inverse_mass, &[]).unwrap();
-    let mut v = vec![[0.0; 2]; fibres.len()];
+    // A velocity that is NaN at the first node of the fibers.
+    let fibers = FiberGrid::new(H, &x, &volume, &vec![[1.0, 0.0]; 100]).unwrap();
+    let inverse_mass = vec![1.0; fibers.len()];
+    let projection = Projection::new(&fibers, &inverse_mass, &[]).unwrap();
+    let mut v = vec![[0.0; 2]; fibers.len()];
     assert!(projection.project(v.clone(), &PcgParams::default()).is_ok());
     v[projection.matrix().nodes()[0] as usize] = [f64::NAN; 2];
     assert!(projection.project(v, &PcgParams::default()).is_err());
@@ -378,7 +378,7 @@ fn newton_names_what_it_ended_with() {
     });
     let mut stretched = Mat::<f64, 2>::identity();
     stretched.0[0][0] = 1.2;
-    let body = tearing_body(Fibre::Extensible);
+    let body = tearing_body(Fiber::Extensible);
     let mut s = Host::<2>::new(settings, vec![body], vec![], block(stretched)).unwrap();
     match s.step(1e-3) {
         Err(MpmError::Newton {

@@ -2,7 +2,7 @@
 //! gradient, every stress taken alone, no sorting, no blocks, no registers.
 use aniso_mpm::kernels::for_each_node;
 use aniso_mpm::{
-    Apic, Body, Cubic, FibreReinforced, Float, Law, Linear, MlsMpm, Particle, Particles, Quadratic,
+    Apic, Body, Cubic, FiberReinforced, Float, Law, Linear, MlsMpm, Particle, Particles, Quadratic,
     Scheme, Settings, Simulation, Spline, Stencil,
 };
 use fem_kinematics::Mat;
@@ -12,10 +12,10 @@ const H: f64 = 0.1;
 const DT: f64 = 1e-3;
 const GRAVITY: f64 = -9.81;
 
-fn bodies<const D: usize>() -> Vec<Body<FibreReinforced, D>> {
+fn bodies<const D: usize>() -> Vec<Body<FiberReinforced, D>> {
     [2e3, 5e3, 1e3]
         .map(|mu| {
-            Body::elastic(FibreReinforced {
+            Body::elastic(FiberReinforced {
                 mu,
                 lambda: 5e3,
                 kx: 3e3,

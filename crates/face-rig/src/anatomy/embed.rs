@@ -15,7 +15,7 @@ pub struct EmbeddedPoint {
 }
 
 impl EmbeddedPoint {
-    /// Where the point is when the mesh's nodes are at `x`, metres. `x` has one entry per node.
+    /// Where the point is when the mesh's nodes are at `x`, meters. `x` has one entry per node.
     pub fn position(&self, mesh: &SimplexMesh<3>, x: &[[f64; 3]]) -> [f64; 3] {
         let nodes = mesh.tet(self.tet as usize);
         std::array::from_fn(|i| {
@@ -24,7 +24,7 @@ impl EmbeddedPoint {
                 .sum()
         })
     }
-    /// Where the point is at rest, metres.
+    /// Where the point is at rest, meters.
     pub fn rest_position(&self, mesh: &SimplexMesh<3>) -> [f64; 3] {
         self.position(mesh, mesh.nodes())
     }

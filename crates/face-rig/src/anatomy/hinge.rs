@@ -1,6 +1,6 @@
 //! The jaw's hinge.
 
-use super::Frame;
+use super::AffineMap;
 use fem_kinematics::Mat;
 
 /// The line that the jaw turns about. A positive angle opens the mouth where the axis points to
@@ -23,7 +23,7 @@ pub enum HingeError {
 }
 
 impl JawHinge {
-    /// A hinge through `point` (metres) along `axis` (any length but 0).
+    /// A hinge through `point` (meters) along `axis` (any length but 0).
     ///
     /// # Errors
     /// [`HingeError`] for values that are not finite or an axis of length 0.
@@ -40,14 +40,14 @@ impl JawHinge {
             axis: axis.map(|v| v / length),
         })
     }
-    /// A hinge through `point` (metres) straight to the subject's left, +x.
+    /// A hinge through `point` (meters) straight to the subject's left, +x.
     pub const fn sideways(point: [f64; 3]) -> Self {
         Self {
             point,
             axis: [1.0, 0.0, 0.0],
         }
     }
-    /// A point on the axis, metres.
+    /// A point on the axis, meters.
     pub fn point(&self) -> [f64; 3] {
         self.point
     }
@@ -67,28 +67,28 @@ impl JawHinge {
         Mat::from_diagonal([c; 3]) + cross.scale(s) + Mat::outer(a, a).scale(k)
     }
     /// M and t of the jaw turned by `angle` (radians) about the axis and then moved by `slide`
-    /// (metres): x ↦ R (x − p) + p + slide.
-    pub fn motion(&self, angle: f64, slide: [f64; 3]) -> Frame {
+    /// (meters): x ↦ R (x − p) + p + slide.
+    pub fn motion(&self, angle: f64, slide: [f64; 3]) -> AffineMap {
         let matrix = self.rotation(angle);
         let turned = matrix.mul_vec(self.point);
-        Frame {
+        AffineMap {
             matrix: matrix.0,
             translation: std::array::from_fn(|i| self.point[i] - turned[i] + slide[i]),
         }
     }
     /// d(M, t)/dφ of [`JawHinge::motion`]: per radian. The derivative by `slide` is (0, I).
-    pub fn motion_by_angle(&self, angle: f64) -> Frame {
+    pub fn motion_by_angle(&self, angle: f64) -> AffineMap {
         let (sin, cos) = angle.sin_cos();
         let matrix = self.combine(-sin, cos, sin);
         let turned = matrix.mul_vec(self.point);
-        Frame {
+        AffineMap {
             matrix: matrix.0,
             translation: turned.map(|v| -v),
         }
     }
-    /// The angle (radians, −π to π) and the slide (metres) whose rigid motion is closest to
-    /// `motion`: the angle that maximises R(φ) : M, the slide that carries the hinge point along.
-    pub fn closest(&self, motion: &Frame) -> (f64, [f64; 3]) {
+    /// The angle (radians, −π to π) and the slide (meters) whose rigid motion is closest to
+    /// `motion`: the angle that maximizes R(φ) : M, the slide that carries the hinge point along.
+    pub fn closest(&self, motion: &AffineMap) -> (f64, [f64; 3]) {
         let m = &Mat(motion.matrix);
         // R : M = cos φ (tr M − a·Ma) + sin φ [a]ₓ:M + a·Ma.
         let cosine = self.combine(1.0, 0.0, -1.0).dot(m);

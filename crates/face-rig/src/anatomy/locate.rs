@@ -12,7 +12,7 @@ pub struct Located {
     pub tet: u32,
     /// Barycentric weights there: all in [0, 1] inside, one or more negative outside.
     pub weights: [f64; 4],
-    /// Distance to the tetrahedron, metres; 0 inside.
+    /// Distance to the tetrahedron, meters; 0 inside.
     pub distance: f64,
 }
 
@@ -52,7 +52,7 @@ const LEAF: usize = 8;
 impl<'a> TetLocator<'a> {
     /// Builds the tree, O(n log² n).
     pub fn new(mesh: &'a SimplexMesh<3>) -> Self {
-        let centres: Vec<[f64; 3]> = mesh
+        let centers: Vec<[f64; 3]> = mesh
             .tets()
             .map(|t| {
                 let x = t.map(|n| mesh.node(n));
@@ -64,11 +64,11 @@ impl<'a> TetLocator<'a> {
             order: (0..mesh.num_elements() as u32).collect(),
             boxes: Vec::new(),
         };
-        locator.split(&centres, 0, mesh.num_elements());
+        locator.split(&centers, 0, mesh.num_elements());
         locator
     }
 
-    fn split(&mut self, centres: &[[f64; 3]], start: usize, end: usize) -> u32 {
+    fn split(&mut self, centers: &[[f64; 3]], start: usize, end: usize) -> u32 {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for &tet in &self.order[start..end] {
             for x in self.mesh.tet(tet as usize).map(|n| self.mesh.node(n)) {
@@ -92,11 +92,11 @@ impl<'a> TetLocator<'a> {
                 .unwrap_or(0);
             let middle = (end - start) / 2;
             self.order[start..end].select_nth_unstable_by(middle, |&a, &b| {
-                let key = |t: u32| centres[t as usize][axis];
+                let key = |t: u32| centers[t as usize][axis];
                 key(a).total_cmp(&key(b)).then(a.cmp(&b))
             });
-            self.split(centres, start, start + middle);
-            let second = self.split(centres, start + middle, end);
+            self.split(centers, start, start + middle);
+            let second = self.split(centers, start + middle, end);
             self.boxes[me].second = second;
         }
         me as u32

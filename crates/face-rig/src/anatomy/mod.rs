@@ -1,16 +1,16 @@
-//! What a face consists of: muscles with fibres, bones, the jaw's hinge, and points that ride on
+//! What a face consists of: muscles with fibers, bones, the jaw's hinge, and points that ride on
 //! the flesh.
 
+mod affine_map;
 mod bones;
 mod embed;
-mod fibres;
-mod frame;
+mod fibers;
 mod hinge;
 mod locate;
 
+pub use affine_map::AffineMap;
 pub use bones::{Bone, Bones};
 pub use embed::EmbeddedPoint;
-pub use fibres::{FibreEntry, FibreError, FibreField, Muscle, Side};
-pub use frame::Frame;
+pub use fibers::{FiberEntry, FiberError, FiberField, Muscle, Side};
 pub use hinge::{HingeError, JawHinge};
 pub use locate::{Located, TetLocator};

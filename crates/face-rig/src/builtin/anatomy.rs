@@ -1,16 +1,16 @@
 //! The muscles of one side of the face, drawn over the material coordinates.
 //!
-//! Origins, insertions and neighbours after the usual anatomy (H. Gray, "Anatomy of the Human
+//! Origins, insertions and neighbors after the usual anatomy (H. Gray, "Anatomy of the Human
 //! Body", 20th ed., 1918, section IV, on the muscles of the head); widths and courses are drawn to
 //! fit this face.
 
-/// A muscle: one or more strips of fibres.
+/// A muscle: one or more strips of fibers.
 pub(super) struct Strips {
     pub name: &'static str,
-    /// Courses of the fibres from the origin to the insertion: material `(a, b, w)`, millimetres
+    /// Courses of the fibers from the origin to the insertion: material `(a, b, w)`, millimeters
     /// and depth.
     pub paths: &'static [&'static [[f64; 3]]],
-    /// Half of the width of a strip in millimetres.
+    /// Half of the width of a strip in millimeters.
     pub half_width: f64,
     /// Half of its thickness as a share of the thickness of the flesh.
     pub half_depth: f64,

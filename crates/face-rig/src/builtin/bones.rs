@@ -18,7 +18,7 @@ fn ramp(x: f64, low: f64, high: f64) -> f64 {
     ((x - low) / (high - low)).clamp(0.0, 1.0)
 }
 
-/// Attachment of the inner surface (`w = 0`) at a material point, in millimetres; `x` and `y` are
+/// Attachment of the inner surface (`w = 0`) at a material point, in millimeters; `x` and `y` are
 /// the frontal coordinates of the smooth head.
 pub(super) fn inner(a: f64, b: f64) -> Inner {
     let a = a.abs();

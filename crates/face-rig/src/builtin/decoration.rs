@@ -6,9 +6,9 @@ use crate::anatomy::Bone;
 /// What a decoration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ornament {
-    /// An eyeball; its pattern coordinate is the unit vector from its centre.
+    /// An eyeball; its pattern coordinate is the unit vector from its center.
     Eyeball,
-    /// A row of teeth with the gum; the coordinate is `(millimetres along the arch, millimetres
+    /// A row of teeth with the gum; the coordinate is `(millimeters along the arch, millimeters
     /// from the edge, 0)`.
     Teeth,
     /// The dark inside of the mouth.
@@ -24,7 +24,7 @@ pub struct Decoration {
     pub ornament: Ornament,
     /// The bone it moves with.
     pub bone: Bone,
-    /// Rest positions, metres.
+    /// Rest positions, meters.
     pub points: Vec<[f64; 3]>,
     /// Triangles, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -38,11 +38,11 @@ fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
 }
 
 impl Ornament {
-    /// sRGB colour at a pattern coordinate.
+    /// sRGB color at a pattern coordinate.
     pub fn color(self, c: [f64; 3]) -> [f32; 3] {
         match self {
             Self::Eyeball => {
-                // Radius on the ball around the line of sight, millimetres.
+                // Radius on the ball around the line of sight, millimeters.
                 let r = EYEBALL_RADIUS * c[0].hypot(c[1]);
                 let white = mix([0.93, 0.91, 0.89], [0.86, 0.70, 0.66], (r - 8.0) / 4.0);
                 let spokes = 0.5 + 0.5 * (c[1].atan2(c[0]) * 23.0).sin();
@@ -83,7 +83,7 @@ fn eye_socket(c: [f64; 3]) -> [f32; 3] {
 }
 
 impl Ornament {
-    /// The colours as a pattern that outlives the surface.
+    /// The colors as a pattern that outlives the surface.
     pub(super) fn pattern(self) -> &'static (dyn Fn([f64; 3]) -> [f32; 3] + Sync) {
         match self {
             Self::Eyeball => &eyeball,
@@ -147,9 +147,9 @@ pub(super) fn decorations() -> Vec<Decoration> {
             [12, 24],
             |s, t| {
                 let d = direction(s, t);
-                let centre = [side * 29.0, EYEBALL[1], 63.0];
+                let center = [side * 29.0, EYEBALL[1], 63.0];
                 (
-                    [0, 1, 2].map(|k| centre[k] + [17.0, 13.0, 15.0][k] * d[k]),
+                    [0, 1, 2].map(|k| center[k] + [17.0, 13.0, 15.0][k] * d[k]),
                     [0.0; 3],
                 )
             },

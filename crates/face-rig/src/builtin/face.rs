@@ -8,7 +8,7 @@ use super::form::{Form, Side};
 use super::grid::Grid;
 use super::landmarks::landmarks;
 use super::muscles::{entries, names};
-use crate::anatomy::{Bone, EmbeddedPoint, FibreEntry, JawHinge};
+use crate::anatomy::{Bone, EmbeddedPoint, FiberEntry, JawHinge};
 use crate::pictures::boundary_surface;
 
 /// A face cannot be made.
@@ -53,7 +53,7 @@ pub struct BoundaryTriangle {
 
 /// A parametric head from ear to ear: flesh between skull and skin, with lips and lids that open.
 ///
-/// Positions are in metres, `+x` to the subject's left, `+y` up, `+z` forward. The mesh is its own
+/// Positions are in meters, `+x` to the subject's left, `+y` up, `+z` forward. The mesh is its own
 /// mirror image: node for node, tet for tet, and muscle for muscle.
 ///
 /// ```
@@ -67,13 +67,13 @@ pub struct BoundaryTriangle {
 /// ```
 #[derive(Debug, Clone)]
 pub struct BuiltinFace {
-    /// Rest positions, metres.
+    /// Rest positions, meters.
     pub nodes: Vec<[f64; 3]>,
     /// Positively oriented tets.
     pub tets: Vec<[u32; 4]>,
     /// What each node is attached to.
     pub bone: Vec<Bone>,
-    /// Material coordinates of each node: millimetres sideways, millimetres upwards, and depth from
+    /// Material coordinates of each node: millimeters sideways, millimeters upwards, and depth from
     /// 0 at the bone to 1 at the skin. What [`super::flesh_color`] takes.
     pub material: Vec<[f64; 3]>,
     /// The whole boundary, outward oriented, by tet.
@@ -85,7 +85,7 @@ pub struct BuiltinFace {
     /// Names of the muscles: those of the left side, ending in `_L`, then the same of the right.
     pub muscles: Vec<String>,
     /// Which muscles run through which tets, and where to; sorted by tet, then by muscle.
-    pub fibres: Vec<FibreEntry>,
+    pub fibers: Vec<FiberEntry>,
     grid: Grid,
 }
 
@@ -118,7 +118,7 @@ impl BuiltinFace {
             .zip(0..)
             .map(|(&([a, b], side), id)| grid.locate(id, a, b, 1.0, side))
             .collect();
-        let fibres = entries(&grid, &nodes, &tets, &material);
+        let fibers = entries(&grid, &nodes, &tets, &material);
         let muscles = names();
         Ok(Self {
             nodes,
@@ -129,7 +129,7 @@ impl BuiltinFace {
             hinge,
             landmarks,
             muscles,
-            fibres,
+            fibers,
             grid,
         })
     }

@@ -1,18 +1,18 @@
 //! Nose, lips, eyes, brows, cheeks and chin: relief on the smooth head, for skin and bone.
 //!
-//! Functions of the frontal coordinates `x >= 0` and `y` in millimetres. What belongs to the front
+//! Functions of the frontal coordinates `x >= 0` and `y` in millimeters. What belongs to the front
 //! of the face is raised along +z, what goes around the side along the normal of the smooth head.
 
 use super::form::{EYES, INNER_CANTHUS, MOUTH, MOUTH_CORNER, OUTER_CANTHUS, Side};
 use super::spline::Spline;
 
-/// Centre (x, y, z) and radius of the left eyeball.
+/// Center (x, y, z) and radius of the left eyeball.
 pub(super) const EYEBALL: [f64; 3] = [31.0, 34.0, 68.5];
 pub(super) const EYEBALL_RADIUS: f64 = 12.0;
 /// Radius of the sphere on which the skin of the lids lies.
 const LID_RADIUS: f64 = 14.8;
 
-/// Displacements at a point, in millimetres: along +z and along the outward normal, for the skin
+/// Displacements at a point, in millimeters: along +z and along the outward normal, for the skin
 /// and for the inner surface, and a displacement along +y that the skin has on top.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Relief {

@@ -2,11 +2,11 @@
 //!
 //! Flesh is described by material coordinates `(a, b, w)`: `a` runs sideways along the skin from
 //! the midplane (0) to the cut in front of the ears, `b` downwards from the top of the forehead over
-//! the chin to the neck (both about millimetres, and about x and y in the frontal part of the
+//! the chin to the neck (both about millimeters, and about x and y in the frontal part of the
 //! face), and `w` from the bone (0) to the skin (1). Mouth and eyes are slits of the material along
 //! lines of constant `b`; [`Side`] says which lip or lid a point on a slit belongs to.
 //!
-//! All lengths here are millimetres. The proportions are ordinary adult ones (pupils 62 mm apart,
+//! All lengths here are millimeters. The proportions are ordinary adult ones (pupils 62 mm apart,
 //! mouth 50 mm, brow to chin 120 mm), chosen by eye; no measured person is behind them.
 
 use super::features::{Features, Relief};
@@ -134,7 +134,7 @@ impl Form {
         let n = self.fullness.at(b);
         let t = a / SIDE;
         let quarter = std::f64::consts::FRAC_PI_2;
-        // One millimetre of a is one millimetre of x at the midline (less on the slim neck).
+        // One millimeter of a is one millimeter of x at the midline (less on the slim neck).
         let c = (SIDE / (depth * quarter)).min(1.25);
         let angle = quarter * (c * t + (1.0 - c) * t * t * t);
         let (sine, cosine) = angle.sin_cos();
@@ -180,7 +180,7 @@ impl Form {
         0.5 * (low + high)
     }
 
-    /// Rest position in millimetres of the flesh at a material coordinate.
+    /// Rest position in millimeters of the flesh at a material coordinate.
     pub fn position(&self, a: f64, b: f64, w: f64, side: Side) -> [f64; 3] {
         // The right half is the exact mirror image of the left half.
         let mirror = if a < 0.0 { -1.0 } else { 1.0 };

@@ -38,7 +38,7 @@ fn column_size(a: f64) -> f64 {
     1.0 + 1.1 * t * t * (3.0 - 2.0 * t)
 }
 fn row_size(b: f64) -> f64 {
-    let fine = |centre: f64, width: f64| (-((b - centre) / width).powi(2)).exp();
+    let fine = |center: f64, width: f64| (-((b - center) / width).powi(2)).exp();
     let detail =
         fine(MOUTH, 17.0) + fine(EYES, 14.0) + 0.75 * fine(-8.0, 12.0) + 0.2 * fine(-75.0, 14.0);
     1.75 - 0.95 * detail.min(1.0)
@@ -65,7 +65,7 @@ fn graded(low: f64, high: f64, cells: usize, size: fn(f64) -> f64) -> Vec<f64> {
     nodes
 }
 
-/// Number of cells in an interval at a given fineness (cells per millimetre at the mouth).
+/// Number of cells in an interval at a given fineness (cells per millimeter at the mouth).
 fn cells(low: f64, high: f64, fineness: f64, size: fn(f64) -> f64) -> usize {
     const FINE: usize = 200;
     let h = (high - low) / FINE as f64;

@@ -12,7 +12,7 @@ use super::paint::brow_line;
 /// Material point and side of a landmark.
 type Place = ([f64; 2], Side);
 
-/// The landmarks on the skin, material coordinates `(a, b)` in millimetres.
+/// The landmarks on the skin, material coordinates `(a, b)` in millimeters.
 pub(super) fn landmarks(form: &Form) -> Vec<Place> {
     let upper = |a: f64, b: f64| ([a, b], Side::Upper);
     // Frontal x (either sign) to material a.

@@ -1,11 +1,11 @@
-//! From drawn strips of fibres to weights and directions per tet.
+//! From drawn strips of fibers to weights and directions per tet.
 
 use rayon::prelude::*;
 
 use super::anatomy::{Extent, MUSCLES, Strips};
 use super::form::{EYES, MOUTH};
 use super::grid::Grid;
-use crate::anatomy::FibreEntry;
+use crate::anatomy::FiberEntry;
 
 /// Sample points of a tet a side; their number is 35.
 const LATTICE: usize = 4;
@@ -28,10 +28,10 @@ pub(super) fn entries(
     nodes: &[[f64; 3]],
     tets: &[[u32; 4]],
     material: &[[f64; 3]],
-) -> Vec<FibreEntry> {
+) -> Vec<FiberEntry> {
     let lattice = lattice();
     let boxes: Vec<[[f64; 2]; 2]> = MUSCLES.iter().map(bounds).collect();
-    let left: Vec<Vec<FibreEntry>> = tets
+    let left: Vec<Vec<FiberEntry>> = tets
         .par_iter()
         .enumerate()
         .map(|(t, tet)| {
@@ -40,7 +40,7 @@ pub(super) fn entries(
                 return Vec::new();
             }
             let to_space = Map::new(m, tet.map(|n| nodes[n as usize]));
-            let mut found: Vec<FibreEntry> = Vec::new();
+            let mut found: Vec<FiberEntry> = Vec::new();
             for (i, muscle) in MUSCLES.iter().enumerate() {
                 let apart = (0..2).any(|k| {
                     m.iter().all(|p| p[k] < boxes[i][0][k])
@@ -54,7 +54,7 @@ pub(super) fn entries(
                 if share >= SMALLEST_SHARE
                     && let Some(direction) = to_space.direction(along)
                 {
-                    found.push(FibreEntry {
+                    found.push(FiberEntry {
                         tet: t as u32,
                         muscle: i as u32,
                         weight: share,
@@ -71,8 +71,8 @@ pub(super) fn entries(
             found
         })
         .collect();
-    let mut all: Vec<FibreEntry> = left.iter().flatten().copied().collect();
-    all.extend(left.iter().flatten().map(|e| FibreEntry {
+    let mut all: Vec<FiberEntry> = left.iter().flatten().copied().collect();
+    all.extend(left.iter().flatten().map(|e| FiberEntry {
         tet: grid.mirror_tet(e.tet as usize) as u32,
         muscle: e.muscle + MUSCLES.len() as u32,
         weight: e.weight,

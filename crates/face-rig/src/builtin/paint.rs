@@ -1,4 +1,4 @@
-//! Colours of the face over its material coordinates, for pictures.
+//! Colors of the face over its material coordinates, for pictures.
 
 use super::features::Features;
 use super::form::{EYES, MOUTH, Side};
@@ -15,12 +15,12 @@ fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * t.clamp(0.0, 1.0))
 }
 
-/// Height of the middle of the brow at the frontal `x >= 0`, millimetres.
+/// Height of the middle of the brow at the frontal `x >= 0`, millimeters.
 pub(super) fn brow_line(x: f64) -> f64 {
     54.4 + 2.7 * bell(x - 41.0, 13.0) - 6.5 * ((x - 45.0).max(0.0) / 16.0).powi(2)
 }
 
-/// sRGB colour of the flesh at the material coordinate `(a, b, w)`: skin with lips, brows, a little
+/// sRGB color of the flesh at the material coordinate `(a, b, w)`: skin with lips, brows, a little
 /// more blood in cheeks and nose, and red inside.
 pub fn flesh_color(material: [f64; 3]) -> [f32; 3] {
     let [a, b, w] = material;

@@ -6,7 +6,7 @@ use super::flesh_color;
 use crate::anatomy::Bone;
 use crate::pictures::{Camera, Layer, Paint, Panel, ScalarBar};
 
-/// A posed face with eyes, teeth and colours.
+/// A posed face with eyes, teeth and colors.
 ///
 /// ```no_run
 /// use face_rig::builtin::{BuiltinFace, Portrait};
@@ -30,7 +30,7 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// The face with its nodes at `positions` (one per node of the mesh, metres) and its lower teeth
+    /// The face with its nodes at `positions` (one per node of the mesh, meters) and its lower teeth
     /// moved by `jaw`, which maps a rest position to a position.
     pub fn new(
         face: &BuiltinFace,
@@ -51,7 +51,7 @@ impl Portrait {
         }
     }
 
-    /// A panel in natural colours.
+    /// A panel in natural colors.
     pub fn panel(&self, title: impl Into<String>, camera: Camera) -> Panel<'_> {
         let flesh = Paint::Pattern {
             coordinates: &self.material,
@@ -67,7 +67,7 @@ impl Portrait {
         })
     }
 
-    /// A panel coloured by one value per node of the mesh, with a colour bar.
+    /// A panel colored by one value per node of the mesh, with a color bar.
     pub fn scalar_panel<'a>(
         &'a self,
         title: impl Into<String>,
@@ -83,8 +83,8 @@ impl Portrait {
         let layer = Layer::new(&self.points, &self.flesh, paint).with_gloss(0.12);
         let panel = Panel::new(title, camera).layer(layer).bar(bar);
         self.decorations.iter().fold(panel, |panel, d| {
-            let grey = Paint::Uniform([0.62, 0.62, 0.64]);
-            panel.layer(Layer::new(&d.points, &d.triangles, grey))
+            let gray = Paint::Uniform([0.62, 0.62, 0.64]);
+            panel.layer(Layer::new(&d.points, &d.triangles, gray))
         })
     }
 }

@@ -13,7 +13,7 @@ fn mesh(face: &BuiltinFace) -> SimplexMesh<3> {
     SimplexMesh::new(face.nodes.clone(), tets).unwrap()
 }
 
-fn centre(face: &BuiltinFace, tet: u32) -> [f64; 3] {
+fn center(face: &BuiltinFace, tet: u32) -> [f64; 3] {
     face.place(
         &EmbeddedPoint {
             id: 0,
@@ -25,7 +25,7 @@ fn centre(face: &BuiltinFace, tet: u32) -> [f64; 3] {
 }
 
 /// Tets that share a face, and whether any face is shared by more than two.
-fn neighbours(face: &BuiltinFace) -> Vec<[usize; 2]> {
+fn neighbors(face: &BuiltinFace) -> Vec<[usize; 2]> {
     let mut faces: HashMap<[u32; 3], Vec<usize>> = HashMap::new();
     for (t, tet) in face.tets.iter().enumerate() {
         for k in 0..4 {
@@ -67,7 +67,7 @@ fn the_mesh_is_valid_at_every_size() {
             }
             i
         }
-        for [a, b] in neighbours(&face) {
+        for [a, b] in neighbors(&face) {
             let (a, b) = (root(&mut parent, a), root(&mut parent, b));
             parent[a] = b;
         }
@@ -108,7 +108,7 @@ fn the_face_is_its_own_mirror_image() {
     }
     assert!(count.values().all(|&c| c == 0));
     let half = face.muscles.len() as u32 / 2;
-    let of = |m: u32| face.fibres.iter().filter(move |e| e.muscle == m);
+    let of = |m: u32| face.fibers.iter().filter(move |e| e.muscle == m);
     for m in 0..half {
         assert_eq!(of(m).count(), of(m + half).count());
         let sum = |m: u32| of(m).map(|e| e.weight).sum::<f64>();
@@ -116,8 +116,8 @@ fn the_face_is_its_own_mirror_image() {
         let base =
             |i: u32| face.muscles[i as usize][..face.muscles[i as usize].len() - 2].to_string();
         assert_eq!(base(m), base(m + half));
-        assert!(of(m).all(|e| centre(&face, e.tet)[0] > 0.0));
-        assert!(of(m + half).all(|e| centre(&face, e.tet)[0] < 0.0));
+        assert!(of(m).all(|e| center(&face, e.tet)[0] > 0.0));
+        assert!(of(m + half).all(|e| center(&face, e.tet)[0] < 0.0));
     }
 }
 
@@ -251,7 +251,7 @@ fn muscles_pull_the_right_way_at_every_size() {
         let face = BuiltinFace::with_tets(size).unwrap();
         assert!(face.muscles.len() >= 46);
         let mut sums = vec![0.0; face.tets.len()];
-        for e in &face.fibres {
+        for e in &face.fibers {
             assert!(e.weight > 0.0 && e.weight <= 1.0);
             let length = e.direction.iter().map(|x| x * x).sum::<f64>();
             assert!((length - 1.0).abs() < 1e-12);
@@ -259,19 +259,19 @@ fn muscles_pull_the_right_way_at_every_size() {
         }
         assert!(sums.iter().all(|&s| s <= 1.0));
         assert!(
-            face.fibres
+            face.fibers
                 .windows(2)
                 .all(|w| (w[0].tet, w[0].muscle) < (w[1].tet, w[1].muscle))
         );
         let mesh = mesh(&face);
         let mut volume = vec![0.0; face.muscles.len()];
-        for e in &face.fibres {
+        for e in &face.fibers {
             volume[e.muscle as usize] += e.weight * mesh.volume(e.tet as usize);
         }
         volumes.push(volume);
         let pull = |name: &str| {
             let m = face.muscles.iter().position(|n| n == name).unwrap() as u32;
-            let entries: Vec<_> = face.fibres.iter().filter(|e| e.muscle == m).collect();
+            let entries: Vec<_> = face.fibers.iter().filter(|e| e.muscle == m).collect();
             assert!(
                 entries.len() >= 6,
                 "{size}: {name} has {} tets",
@@ -343,7 +343,7 @@ fn the_same_face_every_time_and_no_absurd_size() {
         .unwrap();
     let (a, b) = (face(), alone.install(face));
     assert_eq!(a.nodes, b.nodes);
-    assert_eq!(a.fibres, b.fibres);
+    assert_eq!(a.fibers, b.fibers);
     assert_eq!(a.boundary, b.boundary);
     assert!(matches!(
         BuiltinFace::with_tets(7),

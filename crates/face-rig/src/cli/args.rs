@@ -66,7 +66,7 @@ pub struct PoseArgs {
     /// Angle of the jaw about its hinge; positive opens.
     #[arg(long, value_name = "12deg", allow_hyphen_values = true)]
     pub jaw: Option<String>,
-    /// Shift of the jaw, millimetres: left, up, forward.
+    /// Shift of the jaw, millimeters: left, up, forward.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub jaw_shift: Option<String>,
 }
@@ -125,7 +125,7 @@ pub enum Jaw {
 pub struct FitArgs {
     /// Scene file.
     pub scene: String,
-    /// Landmark table (target,landmark,ict_vertex,x,y,z, optionally weight; metres) instead of the
+    /// Landmark table (target,landmark,ict_vertex,x,y,z, optionally weight; meters) instead of the
     /// scene's own. Its names to skip and of identities still hold.
     #[arg(long, value_name = "FILE")]
     pub targets: Option<PathBuf>,
@@ -144,16 +144,16 @@ pub struct FitArgs {
     /// How the jaw may move.
     #[arg(long, value_enum, default_value = "hinge")]
     pub jaw: Jaw,
-    /// Tikhonov weight of the activations, millimetres squared: larger prefers relaxed muscles.
+    /// Tikhonov weight of the activations, millimeters squared: larger prefers relaxed muscles.
     #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub relax: f64,
     /// How much a landmark counts beside a point of the dense skin, with `--points both`.
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", value_parser = positive, allow_hyphen_values = true)]
     pub landmark_weight: f64,
-    /// Robust loss: points farther off than this many millimetres count less (Huber).
+    /// Robust loss: points farther off than this many millimeters count less (Huber).
     #[arg(long, value_name = "MM", value_parser = positive, allow_hyphen_values = true)]
     pub robust: Option<f64>,
-    /// Stop when a step gains less than this root-mean-square distance, millimetres.
+    /// Stop when a step gains less than this root-mean-square distance, millimeters.
     #[arg(long, default_value_t = 0.002, value_name = "MM", value_parser = not_negative, allow_hyphen_values = true)]
     pub stop: f64,
     /// Most Gauss-Newton steps.

@@ -9,9 +9,9 @@ use super::progress::bar;
 use super::source::builtin;
 use face_rig::builtin::BuiltinFace;
 use face_rig::fit::{
-    CraniumModel, ExpressionFit, FitIteration, FitParams, Parametrization, Seen, fit_expression,
+    CraniumModel, ExpressionFit, FitIteration, FitParams, Observed, Parametrization, fit_expression,
 };
-use face_rig::rig::{Frame, RigParams};
+use face_rig::rig::{AffineMap, RigParams};
 use face_rig::scene::{Target, TargetKind, parse_activations};
 use serde_json::json;
 
@@ -112,7 +112,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
                 scene,
                 &mut rig,
                 &target,
-                Seen::Landmarks,
+                Observed::Landmarks,
                 &map,
                 &params,
                 &map.rest(),
@@ -124,7 +124,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         done.push((fit, posed, truth));
     }
     progress.set_message("drawing");
-    let at_rest = Shape::new(&source, scene.mesh.nodes(), &Frame::IDENTITY);
+    let at_rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
     let drawn: Vec<Drawn> = done
         .iter()
         .map(|(fit, posed, truth)| {

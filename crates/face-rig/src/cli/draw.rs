@@ -8,11 +8,11 @@ use face_rig::fit::FitIteration;
 use face_rig::pictures::{
     Axis, Camera, ColorMap, Layer, LinePlot, Paint, Panel, ScalarBar, Series, Sheet,
 };
-use face_rig::rig::Frame;
+use face_rig::rig::AffineMap;
 use std::path::Path;
 
 const PANEL: [usize; 2] = [480, 560];
-/// The colours of an exact fit should not show its rounding; millimetres.
+/// The colors of an exact fit should not show its rounding; millimeters.
 const SMALLEST_RANGE: f64 = 0.1;
 const PLAIN: [f32; 3] = [0.84, 0.69, 0.60];
 const SEEN: [f32; 3] = [0.10, 0.45, 0.80];
@@ -26,7 +26,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    pub fn new(source: &Source, positions: &[[f64; 3]], jaw: &Frame) -> Self {
+    pub fn new(source: &Source, positions: &[[f64; 3]], jaw: &AffineMap) -> Self {
         let skin = source.scene.surface();
         Self {
             portrait: source
@@ -85,7 +85,7 @@ impl Shape {
     }
 }
 
-/// Distance of paired points, millimetres.
+/// Distance of paired points, millimeters.
 fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<f64> {
     let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
         1e3 * (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
@@ -120,7 +120,7 @@ pub struct Fitted<'a> {
     pub wanted: &'a [[f64; 3]],
 }
 
-/// One row for each expression: rest | result | target | result coloured by distance.
+/// One row for each expression: rest | result | target | result colored by distance.
 pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> Result<(), Failure> {
     let camera = Camera::framing(&rest.points, 0.0, 0.0)?.turned(15.0, 0.0);
     let distances: Vec<Vec<f64>> = fits

@@ -7,10 +7,10 @@ use super::output::{Output, say};
 use super::progress::bar;
 use super::source::{Source, open};
 use face_rig::fit::{
-    CraniumModel, ExpressionFit, FitError, FitIteration, FitParams, JawModel, Outcome,
-    Parametrization, Seen, fit_expression,
+    CraniumModel, ExpressionFit, FitError, FitIteration, FitParams, JawModel, Observed, Outcome,
+    Parametrization, fit_expression,
 };
-use face_rig::rig::{Frame, Rig, RigParams};
+use face_rig::rig::{AffineMap, Rig, RigParams};
 use face_rig::scene::{Scene, Target, TargetKind};
 use fem_solvers::{Loss, StepMethod};
 use serde_json::json;
@@ -144,9 +144,9 @@ fn fit_all<'s>(
     out: &mut Output,
 ) -> Result<Fits<'s>, Failure> {
     let seen = match args.points {
-        Points::Landmarks => Seen::Landmarks,
-        Points::Dense => Seen::Dense,
-        Points::Both => Seen::Both {
+        Points::Landmarks => Observed::Landmarks,
+        Points::Dense => Observed::Dense,
+        Points::Both => Observed::Both {
             landmark_weight: args.landmark_weight,
         },
     };
@@ -196,7 +196,7 @@ fn draw(
 ) -> Result<(), Failure> {
     let scene = &source.scene;
     let progress = bar(fits.len(), "picture");
-    let rest = Shape::new(source, scene.mesh.nodes(), &Frame::IDENTITY);
+    let rest = Shape::new(source, scene.mesh.nodes(), &AffineMap::IDENTITY);
     for (target, fit) in fits {
         let fitted = Shape::new(source, &fit.positions, &map.parameters(&fit.q).jaw);
         let dense = target

@@ -61,7 +61,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
         say(format!(
-            "{} rows (landmarks x 3, metres) by {} columns (by {route}) in {}",
+            "{} rows (landmarks x 3, meters) by {} columns (by {route}) in {}",
             points.dim(),
             names.len(),
             path.display()

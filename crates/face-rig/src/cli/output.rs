@@ -96,7 +96,7 @@ impl Output {
         Ok(report)
     }
 
-    /// The flesh as VTU with displacement, det F, fibre stretch and activation; the skin as OBJ and
+    /// The flesh as VTU with displacement, det F, fiber stretch and activation; the skin as OBJ and
     /// glTF, whose morph target leads from rest to the pose.
     pub fn write_shape(
         &mut self,
@@ -112,7 +112,7 @@ impl Output {
             .zip(rest)
             .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
             .collect();
-        let (stretch, activation) = fibres(scene, rig, parameters, positions);
+        let (stretch, activation) = fibers(scene, rig, parameters, positions);
         let mut volume = MeshFile::from_tets(&scene.mesh);
         volume.points = positions.to_vec();
         let bones = scene.bones.of_node().iter().map(|b| *b as i64);
@@ -123,7 +123,7 @@ impl Output {
                 "det_F",
                 &rig.assembly().volume_ratios(positions),
             ))
-            .with_cell_data(DataArray::scalars("fibre_stretch", &stretch))
+            .with_cell_data(DataArray::scalars("fiber_stretch", &stretch))
             .with_cell_data(DataArray::scalars("activation", &activation))
             .write(self.path(&format!("{name}.vtu")))?;
 
@@ -172,8 +172,8 @@ pub fn carry(scene: &Scene, skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]
         .collect()
 }
 
-/// Per tet: stretch of its dominant fibre (1 without) and its activation, weighted.
-fn fibres(
+/// Per tet: stretch of its dominant fiber (1 without) and its activation, weighted.
+fn fibers(
     scene: &Scene,
     rig: &Rig,
     parameters: &Parameters,
@@ -183,7 +183,7 @@ fn fibres(
     (0..)
         .zip(gradients)
         .map(|(tet, gradient)| {
-            let of_tet = scene.fibre_field.of_tet(tet);
+            let of_tet = scene.fiber_field.of_tet(tet);
             let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
             let stretch = dominant.map_or(1.0, |f| {
                 gradient

@@ -6,7 +6,7 @@ use super::error::Failure;
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{open, pose};
-use face_rig::rig::{Frame, RigParams};
+use face_rig::rig::{AffineMap, RigParams};
 use serde_json::json;
 
 pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
@@ -27,7 +27,7 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let bar = spinner("writing shapes and pictures");
     out.write_shape("pose", scene, &rig, &parameters, &positions)?;
     let picture = out.path("pose.png");
-    let rest = Shape::new(&source, scene.mesh.nodes(), &Frame::IDENTITY);
+    let rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
     let posed = Shape::new(&source, &positions, &parameters.jaw);
     out.phase("pictures", || {
         draw_pose(&picture, &scene.name, &rest, &posed)

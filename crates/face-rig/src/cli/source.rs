@@ -67,7 +67,7 @@ pub fn pose(scene: &Scene, typed: &PoseArgs) -> Result<Parameters, Failure> {
 fn parse_shift(text: &str) -> Result<[f64; 3], Failure> {
     let wrong = || {
         Failure::Input(format!(
-            "--jaw-shift \"{text}\": three numbers in millimetres, like 0,0,5"
+            "--jaw-shift \"{text}\": three numbers in millimeters, like 0,0,5"
         ))
     };
     let numbers: Vec<f64> = text

@@ -16,16 +16,16 @@ pub struct MorphTarget<'a> {
     pub displacements: &'a [[f64; 3]],
 }
 
-/// A surface to be written as glTF; glTF's unit is the metre and +y is up.
+/// A surface to be written as glTF; glTF's unit is the meter and +y is up.
 #[derive(Debug, Clone, Copy)]
 pub struct GlbMesh<'a> {
     /// Name of the node and the mesh.
     pub name: &'a str,
-    /// Points in metres.
+    /// Points in meters.
     pub points: &'a [[f64; 3]],
     /// Triangles, counter-clockwise from outside.
     pub triangles: &'a [[u32; 3]],
-    /// Linear base colour of the material.
+    /// Linear base color of the material.
     pub base_color: [f32; 3],
     /// Expressions.
     pub targets: &'a [MorphTarget<'a>],

@@ -1,7 +1,7 @@
 //! One expression of a scene, fitted: landmarks (and dense skin where asked) to activations and jaw.
 
 use super::{FitError, FitIteration, FitParams, FitReport, Fitter, Parametrization};
-use crate::anatomy::Frame;
+use crate::anatomy::AffineMap;
 use crate::rig::{CarriedPoints, Rig};
 use crate::scene::{Scene, Target};
 use fem_solvers::GaussNewtonFailure;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 /// Which points of a target are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Seen {
+pub enum Observed {
     /// Its landmarks.
     #[default]
     Landmarks,
@@ -29,11 +29,11 @@ pub struct ExpressionFit {
     pub name: String,
     /// Points fitted.
     pub points: usize,
-    /// Root-mean-square distance at rest, millimetres.
+    /// Root-mean-square distance at rest, millimeters.
     pub rms_before_mm: f64,
     /// The same after the fit.
     pub rms_after_mm: f64,
-    /// Largest distance after the fit, millimetres.
+    /// Largest distance after the fit, millimeters.
     pub largest_mm: f64,
     /// Steps.
     pub iterations: usize,
@@ -43,12 +43,12 @@ pub struct ExpressionFit {
     pub outcome: Outcome,
     /// Angle of a hinged jaw, degrees.
     pub jaw_degrees: Option<f64>,
-    /// Shift of a hinged jaw, millimetres.
+    /// Shift of a hinged jaw, millimeters.
     pub jaw_slide_mm: Option<[f64; 3]>,
-    /// x ↦ M_j x + t_j of the jaw, metres.
-    pub jaw: Frame,
-    /// x ↦ M_c x + t_c of the head, metres.
-    pub cranium: Frame,
+    /// x ↦ M_j x + t_j of the jaw, meters.
+    pub jaw: AffineMap,
+    /// x ↦ M_c x + t_c of the head, meters.
+    pub cranium: AffineMap,
     /// The smallest det F of all elements; below 0 where one is turned inside out.
     #[serde(rename = "smallest_det_F")]
     pub smallest_ratio: f64,
@@ -61,7 +61,7 @@ pub struct ExpressionFit {
     /// The numbers found, for a warm start.
     #[serde(skip)]
     pub q: Vec<f64>,
-    /// x(θ), metres.
+    /// x(θ), meters.
     #[serde(skip)]
     pub positions: Vec<[f64; 3]>,
 }
@@ -100,7 +100,7 @@ pub fn fit_expression(
     scene: &Scene,
     rig: &mut Rig,
     target: &Target,
-    seen: Seen,
+    seen: Observed,
     map: &Parametrization,
     params: &FitParams,
     start: &[f64],
@@ -171,10 +171,10 @@ pub fn fit_expression(
 fn observed(
     scene: &Scene,
     target: &Target,
-    seen: Seen,
+    seen: Observed,
 ) -> (CarriedPoints, Vec<[f64; 3]>, Vec<f64>) {
     let (mut points, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-    if seen != Seen::Dense {
+    if seen != Observed::Dense {
         points.extend(
             scene
                 .carried_landmarks(target.landmarks.iter().map(|l| l.0))
@@ -182,13 +182,13 @@ fn observed(
         );
         places.extend(target.landmarks.iter().map(|l| l.1));
         let share = match seen {
-            Seen::Both { landmark_weight } => landmark_weight,
+            Observed::Both { landmark_weight } => landmark_weight,
             _ => 1.0,
         };
         let own = |k: usize| target.weights.get(k).copied().unwrap_or(1.0);
         weights.extend((0..target.landmarks.len()).map(|k| share * own(k)));
     }
-    if seen != Seen::Landmarks
+    if seen != Observed::Landmarks
         && let (Some(dense), Some(skin)) = (&target.dense, &scene.skin)
     {
         points.extend(skin.points.iter().map(|p| scene.carried(p)));

@@ -5,6 +5,6 @@ mod parametrization;
 mod problem;
 mod rotation;
 
-pub use expression::{ExpressionFit, Outcome, Seen, fit_expression};
+pub use expression::{ExpressionFit, Observed, Outcome, fit_expression};
 pub use parametrization::{CraniumModel, JawModel, Parametrization};
 pub use problem::{FitError, FitIteration, FitParams, FitReport, Fitter, Orthogonality};

@@ -2,7 +2,7 @@
 
 use super::rotation::rotation_with_derivative;
 use crate::anatomy::JawHinge;
-use crate::rig::{Direction, Frame, Parameters};
+use crate::rig::{AffineMap, Direction, Parameters};
 
 /// How the head may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum CraniumModel {
     /// Not at all.
     #[default]
     Fixed,
-    /// A turn (rotation vector, radians) and a shift (metres): six numbers.
+    /// A turn (rotation vector, radians) and a shift (meters): six numbers.
     Rigid,
     /// The document's twelve numbers.
     Affine,
@@ -22,12 +22,12 @@ pub enum JawModel {
     /// Not at all.
     #[default]
     Fixed,
-    /// A turn about the hinge (radians, positive opens) and a shift (metres): four numbers, those
+    /// A turn about the hinge (radians, positive opens) and a shift (meters): four numbers, those
     /// an animator uses.
     Hinge(JawHinge),
-    /// A turn about a point (rotation vector, radians) and a shift (metres): six numbers.
+    /// A turn about a point (rotation vector, radians) and a shift (meters): six numbers.
     Rigid {
-        /// The point, metres.
+        /// The point, meters.
         point: [f64; 3],
     },
     /// The document's twelve numbers.
@@ -91,7 +91,7 @@ impl Parametrization {
     /// q of the relaxed rest pose.
     pub fn rest(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.active.len()];
-        let unit = Frame::IDENTITY.to_array();
+        let unit = AffineMap::IDENTITY.to_array();
         let pad = |n: usize| if n == 12 { unit.to_vec() } else { vec![0.0; n] };
         q.extend(pad(self.cranium_numbers()));
         q.extend(pad(self.jaw_numbers()));
@@ -129,7 +129,7 @@ impl Parametrization {
         matches!(self.jaw, JawModel::Hinge(_)).then(|| jaw[0])
     }
 
-    /// The jaw's shift in metres, where it has a hinge.
+    /// The jaw's shift in meters, where it has a hinge.
     pub fn jaw_slide(&self, q: &[f64]) -> Option<[f64; 3]> {
         let (_, _, jaw) = self.split(q);
         matches!(self.jaw, JawModel::Hinge(_)).then(|| vector(&jaw[1..]))
@@ -141,21 +141,21 @@ impl Parametrization {
         (activations, cranium, jaw)
     }
 
-    fn cranium_frame(&self, numbers: &[f64]) -> (Frame, Vec<Frame>) {
+    fn cranium_frame(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
         match self.cranium {
-            CraniumModel::Fixed => (Frame::IDENTITY, vec![]),
+            CraniumModel::Fixed => (AffineMap::IDENTITY, vec![]),
             CraniumModel::Rigid => rigid([0.0; 3], vector(numbers), vector(&numbers[3..])),
             CraniumModel::Affine => affine(numbers),
         }
     }
 
-    fn jaw_frame(&self, numbers: &[f64]) -> (Frame, Vec<Frame>) {
+    fn jaw_frame(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
         match self.jaw {
-            JawModel::Fixed => (Frame::IDENTITY, vec![]),
+            JawModel::Fixed => (AffineMap::IDENTITY, vec![]),
             JawModel::Hinge(hinge) => {
                 let frame = hinge.motion(numbers[0], vector(&numbers[1..]));
                 let by_angle = hinge.motion_by_angle(numbers[0]);
-                let by_slide = (9..12).map(Frame::unit);
+                let by_slide = (9..12).map(AffineMap::unit);
                 (frame, std::iter::once(by_angle).chain(by_slide).collect())
             }
             JawModel::Rigid { point } => rigid(point, vector(numbers), vector(&numbers[3..])),
@@ -168,24 +168,24 @@ fn vector(numbers: &[f64]) -> [f64; 3] {
     std::array::from_fn(|i| numbers[i])
 }
 
-fn affine(numbers: &[f64]) -> (Frame, Vec<Frame>) {
-    let frame = Frame::from_array(std::array::from_fn(|k| numbers[k]));
-    (frame, (0..12).map(Frame::unit).collect())
+fn affine(numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
+    let frame = AffineMap::from_array(std::array::from_fn(|k| numbers[k]));
+    (frame, (0..12).map(AffineMap::unit).collect())
 }
 
 /// X ↦ R(w)(X − p) + p + shift, and its derivatives by w and shift.
-fn rigid(p: [f64; 3], w: [f64; 3], shift: [f64; 3]) -> (Frame, Vec<Frame>) {
+fn rigid(p: [f64; 3], w: [f64; 3], shift: [f64; 3]) -> (AffineMap, Vec<AffineMap>) {
     let (matrix, derivative) = rotation_with_derivative(w);
     let turned = |m: &[[f64; 3]; 3]| m.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2]);
     let moved = turned(&matrix);
     let translation = std::array::from_fn(|i| p[i] - moved[i] + shift[i]);
-    let by_turn = derivative.map(|d| Frame {
+    let by_turn = derivative.map(|d| AffineMap {
         matrix: d,
         translation: turned(&d).map(|v| -v),
     });
-    let by_shift = (9..12).map(Frame::unit);
+    let by_shift = (9..12).map(AffineMap::unit);
     (
-        Frame {
+        AffineMap {
             matrix,
             translation,
         },
@@ -227,7 +227,7 @@ mod tests {
                         map.parameters(&q).to_vec()
                     };
                     let mut exact = vec![0.0; 3];
-                    let (mut c, mut j) = (Frame::ZERO, Frame::ZERO);
+                    let (mut c, mut j) = (AffineMap::ZERO, AffineMap::ZERO);
                     match direction {
                         Direction::Activation(m) => exact[m] = 1.0,
                         Direction::Cranium(d) => c = d,

@@ -1,7 +1,7 @@
 //! The least-squares problem ½ |g* − g(x(θ))|² and its solution.
 
 use super::parametrization::Parametrization;
-use crate::rig::{Direction, Frame, Observation, Parameters, Rig, RigError};
+use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
 use fem_solvers::{
     Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop,
     LeastSquares, Loss, Prior, StepMethod, gauss_newton_observed,
@@ -9,7 +9,7 @@ use fem_solvers::{
 use std::cell::Cell;
 use std::time::Instant;
 
-/// Weights of ½ w |MᵀM − I|² for the affine frames (document 000, 2.2 and 2.3); metres².
+/// Weights of ½ w |MᵀM − I|² for the affine frames (document 000, 2.2 and 2.3); meters².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Orthogonality {
     /// Weight for the cranium.
@@ -29,19 +29,19 @@ pub struct FitParams {
     pub activation_bounds: Option<[f64; 2]>,
     /// Largest turn of the jaw either way, radians, for a hinged jaw.
     pub jaw_angle_bounds: Option<[f64; 2]>,
-    /// Tikhonov weight w_a of ½ w_a |α|², metres².
+    /// Tikhonov weight w_a of ½ w_a |α|², meters².
     pub activation_weight: f64,
-    /// Tikhonov weight of the head's and the jaw's numbers, metres² over their unit squared.
+    /// Tikhonov weight of the head's and the jaw's numbers, meters² over their unit squared.
     pub pose_weight: f64,
     /// Orthogonality of affine frames.
     pub orthogonality: Orthogonality,
-    /// Robust loss of each point; its scale in metres.
+    /// Robust loss of each point; its scale in meters.
     pub loss: Loss,
     /// Most accepted steps.
     pub max_iterations: usize,
-    /// Stop when the root-mean-square distance is at most this, metres.
+    /// Stop when the root-mean-square distance is at most this, meters.
     pub rms_tolerance: f64,
-    /// Stop when a step lowers the root-mean-square distance by less than this, metres.
+    /// Stop when a step lowers the root-mean-square distance by less than this, meters.
     pub rms_change: f64,
     /// Stop when no number moves by more than this.
     pub step_tolerance: f64,
@@ -74,11 +74,11 @@ impl Default for FitParams {
 pub struct FitIteration {
     /// Steps so far.
     pub iteration: usize,
-    /// Root-mean-square distance of the observed points, millimetres, without weights.
+    /// Root-mean-square distance of the observed points, millimeters, without weights.
     pub rms_mm: f64,
-    /// Largest distance of a point, millimetres.
+    /// Largest distance of a point, millimeters.
     pub largest_mm: f64,
-    /// Cost with weights, loss and priors, metres².
+    /// Cost with weights, loss and priors, meters².
     pub cost: f64,
     /// Largest entry of the step.
     pub step: f64,
@@ -101,7 +101,7 @@ pub struct FitReport {
     pub iterations: Vec<FitIteration>,
     /// Why it stopped.
     pub stop: GaussNewtonStop,
-    /// x(θ), metres.
+    /// x(θ), meters.
     pub positions: Vec<[f64; 3]>,
 }
 
@@ -130,7 +130,7 @@ pub enum FitError {
     /// The target names no points.
     #[error("the target is empty: no points to fit")]
     EmptyTarget,
-    /// The parametrisation leaves nothing to vary.
+    /// The parametrization leaves nothing to vary.
     #[error("nothing to fit: no muscle, jaw or head number may vary")]
     NothingToFit,
     /// The solver gave up; the best pose so far is kept.
@@ -151,7 +151,7 @@ pub enum FitError {
 pub struct Fitter<'a> {
     /// g.
     pub observation: &'a dyn Observation,
-    /// g*, metres.
+    /// g*, meters.
     pub target: &'a [f64],
     /// One weight for each observed point (three numbers); empty for 1 everywhere.
     pub weights: &'a [f64],
@@ -296,7 +296,7 @@ impl Fitter<'_> {
         }
         same("numbers in the target", self.target.len(), dim)?;
         same(
-            "muscles of the parametrisation",
+            "muscles of the parametrization",
             self.parametrization.muscles,
             rig.muscles(),
         )?;
@@ -327,7 +327,7 @@ struct Problem<'a> {
     fitter: &'a Fitter<'a>,
     rig: &'a mut Rig,
     roots: Vec<f64>,
-    /// (root mean square, largest) distance at the last evaluation, metres.
+    /// (root mean square, largest) distance at the last evaluation, meters.
     seen: &'a Cell<(f64, f64)>,
 }
 
@@ -413,7 +413,7 @@ impl LeastSquares for Problem<'_> {
             for ((c, d), root) in column.iter_mut().zip(seen).zip(&self.roots) {
                 *c = d * root;
             }
-            let zero = Frame::ZERO;
+            let zero = AffineMap::ZERO;
             let (cranium, jaw) = match direction {
                 Direction::Activation(_) => (&zero, &zero),
                 Direction::Cranium(d) => (d, &zero),

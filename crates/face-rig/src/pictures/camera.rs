@@ -8,7 +8,7 @@ const PORTRAIT_FIELD_OF_VIEW: f64 = 16.0;
 /// A camera that looks at a frame: `+y` is up, and at zero yaw and pitch it looks along `-z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Centre of the frame, in world units.
+    /// Center of the frame, in world units.
     pub target: [f64; 3],
     /// Half of the frame's height at the target, in world units.
     pub half_height: f64,
@@ -130,7 +130,7 @@ impl Camera {
         let distance = self.distance(width, height);
         let scale = 1.0 / self.pixel(width, height);
         let perspective = self.field_of_view > 0.0;
-        let centre = [0.5 * width as f64, 0.5 * height as f64];
+        let center = [0.5 * width as f64, 0.5 * height as f64];
         move |p| {
             let d = [p[0] - target[0], p[1] - target[1], p[2] - target[2]];
             let [r, u, t] = axes.map(|a| a[0] * d[0] + a[1] * d[1] + a[2] * d[2]);
@@ -141,8 +141,8 @@ impl Camera {
                 scale
             };
             Seen {
-                x: centre[0] + s * r,
-                y: centre[1] - s * u,
+                x: center[0] + s * r,
+                y: center[1] - s * u,
                 depth,
             }
         }

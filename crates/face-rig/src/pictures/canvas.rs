@@ -11,7 +11,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// A picture of one colour.
+    /// A picture of one color.
     ///
     /// # Errors
     /// [`PictureError::BadSize`] outside 16 to 16384 pixels a side.

@@ -1,17 +1,17 @@
-//! Perceptual colour maps and nice tick marks.
+//! Perceptual color maps and nice tick marks.
 
-/// A colour map over `[0, 1]`.
+/// A color map over `[0, 1]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColorMap {
     /// Dark violet over green to yellow, with lightness rising evenly.
     Violet,
-    /// Blue over light grey to red, for signed values.
+    /// Blue over light gray to red, for signed values.
     Diverging,
     /// White over orange to dark red, for densities and weights.
     Heat,
 }
 
-/// Anchor colours in CIE Lab. `Violet` goes through the corner hues of the well-known viridis map
+/// Anchor colors in CIE Lab. `Violet` goes through the corner hues of the well-known viridis map
 /// (S. van der Walt, N. Smith, 2015) with lightness made exactly linear.
 const VIOLET: [[f64; 3]; 5] = [
     [15.0, 36.0, -36.0],
@@ -35,8 +35,8 @@ const HEAT: [[f64; 3]; 4] = [
 ];
 
 impl ColorMap {
-    /// sRGB colour, each channel in `[0, 1]`; values outside `[0, 1]` are clamped and a value that
-    /// is not a number is grey.
+    /// sRGB color, each channel in `[0, 1]`; values outside `[0, 1]` are clamped and a value that
+    /// is not a number is gray.
     pub fn color(self, value: f64) -> [f32; 3] {
         if value.is_nan() {
             return [0.55; 3];
@@ -93,14 +93,14 @@ pub(super) fn to_linear(srgb: f32) -> f32 {
     }
 }
 
-/// What a colour bar says: the range of the values and their unit.
+/// What a color bar says: the range of the values and their unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScalarBar {
     /// Quantity and unit, for example `distance (mm)`.
     pub label: String,
     /// Values at the two ends.
     pub range: [f64; 2],
-    /// The colour map.
+    /// The color map.
     pub map: ColorMap,
 }
 

@@ -1,4 +1,4 @@
-//! Pictures without a GPU or a window: shaded surfaces, colour bars, sheets of panels, line plots.
+//! Pictures without a GPU or a window: shaded surfaces, color bars, sheets of panels, line plots.
 //!
 //! Everything is a pure function of its input: the same arrays give the same bytes, for any number
 //! of threads. A picture is built from [`Layer`]s (triangle surfaces with a [`Paint`]) seen by a

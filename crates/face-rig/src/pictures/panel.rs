@@ -2,14 +2,14 @@
 
 use super::{Camera, ColorMap, PictureError, ScalarBar};
 
-/// How a surface is coloured; colours are sRGB in `[0, 1]`.
+/// How a surface is colored; colors are sRGB in `[0, 1]`.
 #[derive(Clone, Copy)]
 pub enum Paint<'a> {
-    /// One colour.
+    /// One color.
     Uniform([f32; 3]),
-    /// One colour per point, blended inside triangles.
+    /// One color per point, blended inside triangles.
     PerVertex(&'a [[f32; 3]]),
-    /// One scalar per point through a colour map; not-a-number is grey.
+    /// One scalar per point through a color map; not-a-number is gray.
     Scalar {
         /// One value per point.
         values: &'a [f64],
@@ -18,12 +18,12 @@ pub enum Paint<'a> {
         /// The map.
         map: ColorMap,
     },
-    /// A colour as a function of a coordinate that is carried by the points, for example their
+    /// A color as a function of a coordinate that is carried by the points, for example their
     /// place at rest: it stays sharp on a coarse mesh and moves with the surface.
     Pattern {
         /// One coordinate per point.
         coordinates: &'a [[f64; 3]],
-        /// Colour of a coordinate.
+        /// Color of a coordinate.
         color: &'a (dyn Fn([f64; 3]) -> [f32; 3] + Sync),
     },
 }
@@ -44,9 +44,9 @@ pub struct Layer<'a> {
     pub points: &'a [[f64; 3]],
     /// Triangles, counter-clockwise from outside.
     pub triangles: &'a [[u32; 3]],
-    /// Colours.
+    /// Colors.
     pub paint: Paint<'a>,
-    /// Neighbouring triangles that meet at a larger angle show a sharp edge, in degrees.
+    /// Neighboring triangles that meet at a larger angle show a sharp edge, in degrees.
     pub crease_degrees: f64,
     /// Strength of the highlights: 0 chalk, 0.3 skin, 1 wet.
     pub gloss: f32,
@@ -94,7 +94,7 @@ impl<'a> Layer<'a> {
         }
         let (what, found) = match self.paint {
             Paint::Uniform(_) => return Ok(()),
-            Paint::PerVertex(colors) => ("the colour array", colors.len()),
+            Paint::PerVertex(colors) => ("the color array", colors.len()),
             Paint::Scalar { values, .. } => ("the scalar array", values.len()),
             Paint::Pattern { coordinates, .. } => {
                 ("the pattern coordinate array", coordinates.len())
@@ -127,7 +127,7 @@ pub enum Symbol {
 pub struct Marker {
     /// World position.
     pub position: [f64; 3],
-    /// sRGB colour.
+    /// sRGB color.
     pub color: [f32; 3],
     /// Radius in pixels.
     pub radius: f64,
@@ -140,7 +140,7 @@ pub struct Marker {
 pub struct Segment {
     /// World positions of the ends.
     pub ends: [[f64; 3]; 2],
-    /// sRGB colour.
+    /// sRGB color.
     pub color: [f32; 3],
     /// Width in pixels.
     pub width: f64,
@@ -195,7 +195,7 @@ impl<'a> Panel<'a> {
         self
     }
 
-    /// Adds one dot of the given colour and radius (pixels) per position.
+    /// Adds one dot of the given color and radius (pixels) per position.
     pub fn dots(self, positions: &[[f64; 3]], color: [f32; 3], radius: f64) -> Self {
         self.markers(positions.iter().map(|&position| Marker {
             position,
@@ -211,7 +211,7 @@ impl<'a> Panel<'a> {
         self
     }
 
-    /// Adds a colour bar.
+    /// Adds a color bar.
     pub fn bar(mut self, bar: ScalarBar) -> Self {
         self.bar = Some(bar);
         self

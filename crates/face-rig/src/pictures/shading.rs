@@ -49,12 +49,12 @@ pub(super) fn shade(
         unit(if v[2] < 0.0 { v.map(|x| -x) } else { v })
     };
     // Ambient light at one sample per pixel.
-    let centre = |i: usize| &hits[(i / width * SAMPLES + 1) * w + i % width * SAMPLES + 1];
-    let depth: Vec<f32> = (0..width * height).map(|i| centre(i).depth).collect();
+    let center = |i: usize| &hits[(i / width * SAMPLES + 1) * w + i % width * SAMPLES + 1];
+    let depth: Vec<f32> = (0..width * height).map(|i| center(i).depth).collect();
     let pixel_normals: Vec<[f32; 3]> = (0..width * height)
         .map(|i| {
             if depth[i].is_finite() {
-                view_normal(centre(i))
+                view_normal(center(i))
             } else {
                 [0.0, 0.0, 1.0]
             }
@@ -68,7 +68,7 @@ pub(super) fn shade(
         .into_par_iter()
         .map(|i| {
             let (x, y) = (i % width, i / width);
-            let middle = centre(i);
+            let middle = center(i);
             if plain(&hits, w, x, y, layers, 4.0 * pixel) {
                 let layer = &layers[middle.layer as usize];
                 let c = light(
@@ -152,9 +152,9 @@ fn albedo(layer: &Layer<'_>, hit: &Hit) -> [f32; 3] {
     srgb.map(to_linear)
 }
 
-/// Light towards the camera from a point with a view-space normal, in linear colours.
+/// Light towards the camera from a point with a view-space normal, in linear colors.
 fn light(albedo: [f32; 3], n: [f32; 3], open: f32, gloss: f32) -> [f32; 3] {
-    // Direction, colour, and how far the light wraps around the terminator; red goes farther in
+    // Direction, color, and how far the light wraps around the terminator; red goes farther in
     // skin than blue.
     const LIGHTS: [([f32; 3], [f32; 3]); 3] = [
         ([-0.50, 0.56, 0.66], [0.94, 0.90, 0.83]),

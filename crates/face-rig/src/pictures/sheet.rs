@@ -1,4 +1,4 @@
-//! Panels side by side with titles and colour bars.
+//! Panels side by side with titles and color bars.
 
 use super::camera::Seen;
 use super::canvas::Canvas;
@@ -102,7 +102,7 @@ fn draw_panel(
     height: usize,
     size: f64,
 ) -> Result<Canvas, PictureError> {
-    // The colour bar has a strip of its own beside the picture.
+    // The color bar has a strip of its own beside the picture.
     let strip = if panel.bar.is_some() {
         (6.8 * size) as usize
     } else {
@@ -250,7 +250,7 @@ mod tests {
         let mut colors: Vec<[u8; 3]> = one.pixels().to_vec();
         colors.sort_unstable();
         colors.dedup();
-        assert!(colors.len() > 500, "{} colours", colors.len());
+        assert!(colors.len() > 500, "{} colors", colors.len());
         let alone = rayon::ThreadPoolBuilder::new()
             .num_threads(1)
             .build()

@@ -58,7 +58,7 @@ pub struct LinePlot {
     levels: Vec<(String, f64)>,
 }
 
-/// Colours that stay apart in print and for colour-blind eyes: the palette of M. Okabe and K. Ito
+/// Colors that stay apart in print and for color-blind eyes: the palette of M. Okabe and K. Ito
 /// (Color Universal Design, 2008), without its yellow.
 const COLORS: [&str; 7] = [
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222",

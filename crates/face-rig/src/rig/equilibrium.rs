@@ -3,11 +3,11 @@
 use super::error::RigError;
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
-use crate::anatomy::Frame;
+use crate::anatomy::AffineMap;
 use fem_assembly::{Assembly, Quasistatic};
 use fem_solvers::{
-    CholeskyFactor, DefinitenessPolicy, LinearSolver, Newton, NewtonError, NewtonFailure,
-    NewtonParams,
+    CholeskyFactor, LinearSolver, Newton, NewtonError, NewtonFailure, NewtonParams,
+    ProjectionPolicy,
 };
 use std::time::{Duration, Instant};
 
@@ -21,14 +21,14 @@ pub struct Rig {
     jaw: Vec<u32>,
     newton: Newton<3>,
     params: RigParams,
-    solved: Solved,
+    solved: Equilibrium,
     tangent: Option<Tangent>,
     work: Work,
 }
 
-/// A pose with its factored stiffness: neighbouring poses start from its prediction.
+/// A pose with its factored stiffness: neighboring poses start from its prediction.
 struct Tangent {
-    at: Solved,
+    at: Equilibrium,
     factor: CholeskyFactor<f64, 3>,
 }
 
@@ -50,7 +50,7 @@ impl Default for RigParams {
             // gradient iterations; on the head of 13,000 free nodes a factor costs less.
             linear_solver: LinearSolver::Direct,
             // Posed flesh buckles on the way; a projection would be stiff everywhere for that.
-            definiteness: DefinitenessPolicy::ExactThenShifted,
+            projection: ProjectionPolicy::ExactThenShifted,
             ..NewtonParams::default()
         };
         Self {
@@ -62,15 +62,15 @@ impl Default for RigParams {
 
 /// A pose with its equilibrium.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solved {
+pub struct Equilibrium {
     /// θ.
     pub parameters: Parameters,
-    /// z: positions of all nodes in the frame of the cranium, metres.
+    /// z: positions of all nodes in the frame of the cranium, meters.
     pub in_cranium_frame: Vec<[f64; 3]>,
 }
 
-impl Solved {
-    /// x = M_c z + t_c, metres.
+impl Equilibrium {
+    /// x = M_c z + t_c, meters.
     pub fn positions(&self) -> Vec<[f64; 3]> {
         self.in_cranium_frame
             .iter()
@@ -86,7 +86,7 @@ pub struct Work {
     pub equilibria: usize,
     /// Newton steps.
     pub newton_steps: usize,
-    /// Numeric factorisations.
+    /// Numeric factorizations.
     pub factorizations: usize,
     /// Time in equilibria.
     pub equilibrium_time: Duration,
@@ -124,7 +124,7 @@ impl Rig {
             rest.clone(),
             parameters.activations.clone(),
         )?);
-        let solved = Solved {
+        let solved = Equilibrium {
             parameters,
             in_cranium_frame: rest,
         };
@@ -154,7 +154,7 @@ impl Rig {
         &self.jaw
     }
     /// The last pose that was solved; at first the rest shape.
-    pub fn solved(&self) -> &Solved {
+    pub fn solved(&self) -> &Equilibrium {
         &self.solved
     }
     /// What has been done so far.
@@ -162,7 +162,7 @@ impl Rig {
         self.work
     }
     /// Makes an earlier pose the starting point of the next solve.
-    pub fn start_from(&mut self, solved: Solved) -> Result<(), RigError> {
+    pub fn start_from(&mut self, solved: Equilibrium) -> Result<(), RigError> {
         self.check(&solved.parameters)?;
         let (found, expected) = (solved.in_cranium_frame.len(), self.assembly.rest().len());
         if found != expected {
@@ -179,13 +179,13 @@ impl Rig {
     /// Finds the equilibrium of a pose.
     ///
     /// The start is the nearer of the last solved pose and the last one whose derivative was taken,
-    /// moved along its tangent dz/dθ; without the tangent, bones that move a few millimetres would
+    /// moved along its tangent dz/dθ; without the tangent, bones that move a few millimeters would
     /// turn the elements beside them inside out. The whole way is tried first; where that fails it
     /// is walked in parts. After an error the rig still holds its last solved pose.
     ///
     /// # Errors
     /// [`RigError::NoEquilibrium`] says how far the walk came.
-    pub fn solve(&mut self, parameters: &Parameters) -> Result<&Solved, RigError> {
+    pub fn solve(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
         self.check(parameters)?;
         let begin = Instant::now();
         let walked = self.walk(parameters);
@@ -194,8 +194,8 @@ impl Rig {
         Ok(&self.solved)
     }
 
-    fn walk(&mut self, target: &Parameters) -> Result<Solved, RigError> {
-        let near = |solved: &Solved| distance(&solved.parameters, target);
+    fn walk(&mut self, target: &Parameters) -> Result<Equilibrium, RigError> {
+        let near = |solved: &Equilibrium| distance(&solved.parameters, target);
         let start = match &self.tangent {
             Some(tangent) if near(&tangent.at) <= near(&self.solved) => tangent.at.clone(),
             _ => self.solved.clone(),
@@ -210,7 +210,7 @@ impl Rig {
             let guess = self.predict(&state, &pose);
             match self.equilibrium(guess, &pose) {
                 Ok(in_cranium_frame) => {
-                    state = Solved {
+                    state = Equilibrium {
                         parameters: pose,
                         in_cranium_frame,
                     };
@@ -257,7 +257,7 @@ impl Rig {
         Ok(Sensitivity::new(assembly, jaw, solved, factor))
     }
 
-    fn ensure_tangent(&mut self, at: &Solved) -> Result<(), RigError> {
+    fn ensure_tangent(&mut self, at: &Equilibrium) -> Result<(), RigError> {
         if self.tangent.as_ref().is_some_and(|t| t.at == *at) {
             return Ok(());
         }
@@ -277,7 +277,7 @@ impl Rig {
 
     /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
     /// tangent does not exist the flesh stays.
-    fn predict(&mut self, state: &Solved, pose: &Parameters) -> Vec<[f64; 3]> {
+    fn predict(&mut self, state: &Equilibrium, pose: &Parameters) -> Vec<[f64; 3]> {
         let mut z = state.in_cranium_frame.clone();
         let moves_bones = state.parameters.jaw != pose.jaw;
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
@@ -296,7 +296,7 @@ impl Rig {
     }
 
     /// Prescribed nodes at their pose.
-    fn place_bones(&self, z: &mut [[f64; 3]], jaw: &Frame) {
+    fn place_bones(&self, z: &mut [[f64; 3]], jaw: &AffineMap) {
         for &n in &self.jaw {
             z[n as usize] = jaw.apply(self.assembly.rest()[n as usize]);
         }
@@ -324,7 +324,7 @@ impl Rig {
         Ok(problem.positions(&x))
     }
 
-    fn inverted_element(&self, from: &Solved, pose: &Parameters) -> String {
+    fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> String {
         let mut z = from.in_cranium_frame.clone();
         self.place_bones(&mut z, &pose.jaw);
         match self.assembly.element_outside_domain(&z, &pose.activations) {
@@ -364,7 +364,7 @@ fn outside_domain() -> NewtonError {
 /// What changes the shape in the cranium's frame on the way between two poses.
 struct Change {
     activations: Vec<f64>,
-    jaw: Frame,
+    jaw: AffineMap,
 }
 
 impl Change {
@@ -373,7 +373,7 @@ impl Change {
         let activations = to.activations.iter().zip(&from.activations);
         Self {
             activations: activations.map(|(b, a)| b - a).collect(),
-            jaw: Frame::from_array(std::array::from_fn(|k| b[k] - a[k])),
+            jaw: AffineMap::from_array(std::array::from_fn(|k| b[k] - a[k])),
         }
     }
 }

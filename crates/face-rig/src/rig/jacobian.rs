@@ -1,9 +1,9 @@
 //! dx/dθ, exact: by columns, or by adjoints where fewer numbers are seen than parameters vary.
 
-use super::equilibrium::Solved;
+use super::equilibrium::Equilibrium;
 use super::observation::Observation;
 use super::parameters::Direction;
-use crate::anatomy::Frame;
+use crate::anatomy::AffineMap;
 use fem_assembly::Assembly;
 use fem_solvers::CholeskyFactor;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ pub enum JacobianRoute {
 pub struct Sensitivity<'a> {
     assembly: &'a Assembly<3>,
     jaw: &'a [u32],
-    solved: &'a Solved,
+    solved: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
     factor: &'a CholeskyFactor<f64, 3>,
 }
@@ -31,7 +31,7 @@ impl<'a> Sensitivity<'a> {
     pub(super) fn new(
         assembly: &'a Assembly<3>,
         jaw: &'a [u32],
-        solved: &'a Solved,
+        solved: &'a Equilibrium,
         factor: &'a CholeskyFactor<f64, 3>,
     ) -> Self {
         Self {
@@ -66,7 +66,7 @@ impl<'a> Sensitivity<'a> {
     }
 
     /// dz for one change of activations and jaw together, by a single solve.
-    pub(super) fn in_cranium_frame(&self, activations: &[f64], jaw: &Frame) -> Vec<[f64; 3]> {
+    pub(super) fn in_cranium_frame(&self, activations: &[f64], jaw: &AffineMap) -> Vec<[f64; 3]> {
         let mut dz = self.bone_motion(&Direction::Jaw(*jaw));
         let mut force = vec![0.0; self.assembly.dofs().unknowns()];
         self.load(&Direction::Jaw(*jaw), &mut force);
@@ -170,7 +170,7 @@ impl<'a> Sensitivity<'a> {
 
     /// For each covector over the nodes, its product with dx/dθ.
     fn pull_back(&self, seen: &[Vec<[f64; 3]>], directions: &[Direction]) -> Vec<Vec<f64>> {
-        let Solved {
+        let Equilibrium {
             parameters,
             in_cranium_frame,
         } = self.solved;
@@ -207,7 +207,7 @@ impl<'a> Sensitivity<'a> {
                 let reaction = has_jaw.then(|| {
                     let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
                     self.assembly.dofs().scatter(multiplier, &mut field);
-                    self.assembly.hessian_product_everywhere(
+                    self.assembly.hessian_vector_everywhere(
                         in_cranium_frame,
                         &parameters.activations,
                         &field,
@@ -246,7 +246,7 @@ impl<'a> Sensitivity<'a> {
 
     /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
     fn load(&self, direction: &Direction, rhs: &mut [f64]) {
-        let Solved {
+        let Equilibrium {
             parameters,
             in_cranium_frame,
         } = self.solved;
@@ -255,7 +255,7 @@ impl<'a> Sensitivity<'a> {
                 self.assembly
                     .activation_gradient(in_cranium_frame, *muscle, rhs);
             }
-            Direction::Jaw(_) => self.assembly.hessian_product(
+            Direction::Jaw(_) => self.assembly.hessian_vector(
                 in_cranium_frame,
                 &parameters.activations,
                 &self.bone_motion(direction),
@@ -270,7 +270,7 @@ impl<'a> Sensitivity<'a> {
         let rest = self.assembly.rest();
         let mut dz = vec![[0.0; 3]; rest.len()];
         if let Direction::Jaw(d) = direction {
-            let d: &Frame = d;
+            let d: &AffineMap = d;
             for &node in self.jaw {
                 dz[node as usize] = d.apply(rest[node as usize]);
             }

@@ -6,8 +6,8 @@ mod jacobian;
 mod observation;
 mod parameters;
 
-pub use crate::anatomy::Frame;
-pub use equilibrium::{Rig, RigParams, Solved, Work};
+pub use crate::anatomy::AffineMap;
+pub use equilibrium::{Equilibrium, Rig, RigParams, Work};
 pub use error::RigError;
 pub use jacobian::{JacobianRoute, Sensitivity};
 pub use observation::{AllNodes, CarriedPoint, CarriedPoints, Observation};

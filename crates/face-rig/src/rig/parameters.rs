@@ -1,6 +1,6 @@
 //! θ: what an animator sets and a fit finds.
 
-use crate::anatomy::Frame;
+use crate::anatomy::AffineMap;
 
 /// θ = (muscle activations θ_a; cranium and jaw θ_k), document 000, 2.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,9 +8,9 @@ pub struct Parameters {
     /// One activation per muscle; 0 relaxed, 1 fully contracted.
     pub activations: Vec<f64>,
     /// M_c, t_c: moves every node.
-    pub cranium: Frame,
+    pub cranium: AffineMap,
     /// M_j, t_j: moves the nodes attached to the jaw, in the cranium's frame.
-    pub jaw: Frame,
+    pub jaw: AffineMap,
 }
 
 impl Parameters {
@@ -18,8 +18,8 @@ impl Parameters {
     pub fn rest(muscles: usize) -> Self {
         Self {
             activations: vec![0.0; muscles],
-            cranium: Frame::IDENTITY,
-            jaw: Frame::IDENTITY,
+            cranium: AffineMap::IDENTITY,
+            jaw: AffineMap::IDENTITY,
         }
     }
 
@@ -37,8 +37,8 @@ impl Parameters {
         let (activations, cranium) = rest.split_last_chunk::<12>()?;
         Some(Self {
             activations: activations.to_vec(),
-            cranium: Frame::from_array(*cranium),
-            jaw: Frame::from_array(*jaw),
+            cranium: AffineMap::from_array(*cranium),
+            jaw: AffineMap::from_array(*jaw),
         })
     }
 }
@@ -49,15 +49,15 @@ pub enum Direction {
     /// dα of one muscle.
     Activation(usize),
     /// (dM_c, dt_c).
-    Cranium(Frame),
+    Cranium(AffineMap),
     /// (dM_j, dt_j).
-    Jaw(Frame),
+    Jaw(AffineMap),
 }
 
 impl Direction {
     /// The directions of all entries of [`Parameters::to_vec`], in its order.
     pub fn all(muscles: usize) -> Vec<Self> {
-        let units = || (0..Frame::PARAMETERS).map(Frame::unit);
+        let units = || (0..AffineMap::PARAMETERS).map(AffineMap::unit);
         (0..muscles)
             .map(Self::Activation)
             .chain(units().map(Self::Cranium))

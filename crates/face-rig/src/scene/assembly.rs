@@ -1,6 +1,6 @@
-//! From a scene to forces: materials, fibres and fixed nodes as one assembly.
+//! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
-use super::material::{FibreCurve, FibreStretch, PassiveMaterial};
+use super::material::{FiberCurve, FiberStretch, PassiveMaterial};
 use super::{Scene, SceneError};
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber};
 use fem_materials::curves::{
@@ -23,7 +23,7 @@ impl Scene {
         let in_mesh = |e: AssemblyError| ("face", e.to_string());
         let held = self.bones.cranium.iter().chain(&self.bones.jaw);
         let held: Vec<usize> = held.map(|&n| n as usize).collect();
-        let dofs = Dofs::with_fixed_nodes(self.mesh.nodes(), &held).map_err(in_mesh)?;
+        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &held).map_err(in_mesh)?;
         let mut builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
         for (r, region) in self.regions.iter().enumerate() {
             let of_tet = self.region_of_tet.iter().enumerate();
@@ -33,41 +33,41 @@ impl Scene {
                 builder = with_material(builder, &tets, region.material).map_err(in_mesh)?;
             }
         }
-        let stretch = match self.fibres.stretch {
-            FibreStretch::Plain => Stretch::Plain,
-            FibreStretch::Deviatoric => Stretch::Deviatoric,
+        let stretch = match self.fibers.stretch {
+            FiberStretch::Total => Stretch::Total,
+            FiberStretch::Isochoric => Stretch::Isochoric,
         };
-        let builder = match &self.fibres.curve {
-            FibreCurve::Physbam => self.with_fibres(builder, stretch, PhysBam::default()),
-            FibreCurve::Blemker => self.with_fibres(builder, stretch, Blemker::default()),
-            FibreCurve::Table { active, passive } => {
+        let builder = match &self.fibers.curve {
+            FiberCurve::Physbam => self.with_fibers(builder, stretch, PhysBam::default()),
+            FiberCurve::Blemker => self.with_fibers(builder, stretch, Blemker::default()),
+            FiberCurve::Table { active, passive } => {
                 let curve = table(active, passive);
-                let curve = curve.map_err(|e| ("fibres.curve.table", e.to_string()))?;
-                self.with_fibres(builder, stretch, curve)
+                let curve = curve.map_err(|e| ("fibers.curve.table", e.to_string()))?;
+                self.with_fibers(builder, stretch, curve)
             }
         };
         builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
     }
 
-    fn with_fibres<C: TensionCurve + Clone + 'static>(
+    fn with_fibers<C: TensionCurve + Clone + 'static>(
         &self,
         builder: AssemblyBuilder<3>,
         stretch: Stretch,
         curve: C,
     ) -> Result<AssemblyBuilder<3>, AssemblyError> {
-        let fibres: Vec<Fiber> = self
-            .fibre_field
+        let fibers: Vec<Fiber> = self
+            .fiber_field
             .entries()
             .iter()
             .map(|entry| Fiber {
                 element: entry.tet as usize,
                 channel: entry.muscle as usize,
                 direction: entry.direction,
-                peak: self.fibres.sigma_max * entry.weight,
-                optimal_stretch: self.fibres.lambda_ofl,
+                peak: self.fibers.sigma_max * entry.weight,
+                optimal_stretch: self.fibers.lambda_ofl,
             })
             .collect();
-        builder.fibers(FiberLaw { curve, stretch }, self.muscles.len(), &fibres)
+        builder.fibers(FiberLaw { curve, stretch }, self.muscles.len(), &fibers)
     }
 }
 
@@ -101,35 +101,35 @@ fn table(active: &[[f64; 2]], passive: &[[f64; 2]]) -> Result<SplineCurve, Curve
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Fibres, Region};
+    use super::super::{Fibers, Region};
     use super::*;
 
-    fn with(material: PassiveMaterial, fibres: Fibres) -> Assembly<3> {
+    fn with(material: PassiveMaterial, fibers: Fibers) -> Assembly<3> {
         let mut scene = Scene::builtin(5_000).expect("a face");
         scene.regions = vec![Region {
             name: "flesh".into(),
             material,
         }];
-        scene.fibres = fibres;
+        scene.fibers = fibers;
         scene.assembly().expect("an assembly")
     }
 
     #[test]
     fn every_material_and_curve_rests_at_rest_and_pulls_when_activated() {
-        let table = FibreCurve::Table {
+        let table = FiberCurve::Table {
             active: vec![[0.4, 0.0], [1.0, 1.0], [1.6, 0.0]],
             passive: vec![[1.0, 0.0], [1.5, 1.0]],
         };
         let cases = [
             (
                 PassiveMaterial::SOFT_TISSUE,
-                FibreCurve::Physbam,
-                FibreStretch::Plain,
+                FiberCurve::Physbam,
+                FiberStretch::Total,
             ),
             (
                 PassiveMaterial::PHYSBAM_FACE,
-                FibreCurve::Blemker,
-                FibreStretch::Deviatoric,
+                FiberCurve::Blemker,
+                FiberStretch::Isochoric,
             ),
             (
                 PassiveMaterial::NeoHookean {
@@ -137,16 +137,16 @@ mod tests {
                     poisson: 0.45,
                 },
                 table,
-                FibreStretch::Plain,
+                FiberStretch::Total,
             ),
         ];
         for (material, curve, stretch) in cases {
-            let fibres = Fibres {
+            let fibers = Fibers {
                 curve,
                 stretch,
-                ..Fibres::default()
+                ..Fibers::default()
             };
-            let assembly = with(material, fibres);
+            let assembly = with(material, fibers);
             let largest = |activation: f64| {
                 let activations = vec![activation; assembly.channels()];
                 let forces = assembly.forces_everywhere(assembly.rest(), &activations);
@@ -160,11 +160,11 @@ mod tests {
     #[test]
     fn a_table_that_is_no_curve_is_an_error() {
         let mut scene = Scene::builtin(5_000).expect("a face");
-        scene.fibres.curve = FibreCurve::Table {
+        scene.fibers.curve = FiberCurve::Table {
             active: vec![[0.4, 0.0], [0.9, 1.0]],
             passive: vec![[1.0, 0.0], [1.5, 1.0]],
         };
         let error = scene.assembly().expect_err("l = 1 is not within");
-        assert!(error.to_string().contains("fibres.curve.table"), "{error}");
+        assert!(error.to_string().contains("fibers.curve.table"), "{error}");
     }
 }

@@ -1,8 +1,8 @@
 //! The face that the program makes, as a scene.
 
 use super::load::{Flesh, Place};
-use super::{Fibres, Landmark, PassiveMaterial, Region, Scene, SceneError, Skin};
-use crate::anatomy::{Bones, FibreField, Muscle};
+use super::{Fibers, Landmark, PassiveMaterial, Region, Scene, SceneError, Skin};
+use crate::anatomy::{Bones, FiberField, Muscle};
 use crate::builtin::BuiltinFace;
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use std::path::Path;
@@ -14,10 +14,10 @@ pub(super) fn scene(tets: usize) -> Result<Scene, SceneError> {
     };
     let flesh = flesh(&place, tets, PassiveMaterial::SOFT_TISSUE)?;
     let name = format!("built-in face, {} tets", flesh.mesh.num_elements());
-    Ok(flesh.scene(name, Fibres::default()))
+    Ok(flesh.scene(name, Fibers::default()))
 }
 
-/// What the generator makes passes the same checks as files do. Its lengths are metres whatever
+/// What the generator makes passes the same checks as files do. Its lengths are meters whatever
 /// the scale.
 pub(super) fn flesh(
     place: &Place,
@@ -30,7 +30,7 @@ pub(super) fn flesh(
     let connectivity = face.tets.as_flattened().to_vec();
     let mesh = SimplexMesh::new(face.nodes, connectivity).map_err(|e| refuse(e.to_string()))?;
     let count = face.muscles.len();
-    let field = FibreField::new(face.fibres, mesh.num_elements(), count);
+    let field = FiberField::new(face.fibers, mesh.num_elements(), count);
     let landmarks = face
         .landmarks
         .iter()
@@ -40,7 +40,7 @@ pub(super) fn flesh(
         repairs: Repairs::default(),
         bones: Bones::new(face.bone),
         hinge: face.hinge,
-        fibre_field: field.map_err(|e| refuse(e.to_string()))?,
+        fiber_field: field.map_err(|e| refuse(e.to_string()))?,
         muscles: face
             .muscles
             .into_iter()
@@ -67,7 +67,7 @@ mod tests {
         assert_eq!(report.landmarks, 68);
         assert!(report.muscles.len() >= 20 && report.muscles.iter().all(|m| m.tets > 0));
         assert!(
-            report.warnings.iter().all(|w| !w.contains("metres")),
+            report.warnings.iter().all(|w| !w.contains("meters")),
             "{:?}",
             report.warnings
         );

@@ -52,7 +52,7 @@ pub struct MeshReport {
     pub components: usize,
     /// Elements whose orientation was repaired.
     pub turned_over: usize,
-    /// Width, height and depth, metres.
+    /// Width, height and depth, meters.
     pub size: [f64; 3],
     /// m³.
     pub volume: f64,
@@ -62,7 +62,7 @@ pub struct MeshReport {
     pub largest_dihedral: f64,
     /// Smallest ratio of inscribed to circumscribed radius, times 3.
     pub smallest_radius_ratio: f64,
-    /// Shortest, median and longest edge, metres.
+    /// Shortest, median and longest edge, meters.
     pub edge_lengths: [f64; 3],
     /// Tets with a dihedral angle under 10 degrees.
     pub slivers: usize,
@@ -166,7 +166,7 @@ fn muscle_report(scene: &Scene) -> (Vec<MuscleReport>, usize, usize, usize) {
         })
         .collect();
     let (mut tets, mut most, mut crowded) = (0, 0, 0);
-    for in_tet in scene.fibre_field.entries().chunk_by(|a, b| a.tet == b.tet) {
+    for in_tet in scene.fiber_field.entries().chunk_by(|a, b| a.tet == b.tet) {
         let volume = scene.mesh.volume(in_tet[0].tet as usize);
         for entry in in_tet {
             let muscle = &mut muscles[entry.muscle as usize];
@@ -180,7 +180,7 @@ fn muscle_report(scene: &Scene) -> (Vec<MuscleReport>, usize, usize, usize) {
     (muscles, tets, most, crowded)
 }
 
-/// Units whose factor to metres a scene's `scale` can give.
+/// Units whose factor to meters a scene's `scale` can give.
 const UNITS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("inches", 0.0254), ("µm", 1e-6)];
 
 /// "this face is 180 m tall …" for a face that is not 8 cm to 80 cm tall.
@@ -191,11 +191,11 @@ fn units_warning(height: f64) -> Option<String> {
     }
     let guess = UNITS.iter().find(|(_, factor)| plausible(height * factor));
     let cure = guess.map_or_else(
-        || "set \"scale\" to the metres per unit of the files".into(),
+        || "set \"scale\" to the meters per unit of the files".into(),
         |(unit, factor)| format!("did you mean {unit}? add \"scale\": {factor}"),
     );
     Some(format!(
-        "this face is {height:.3} m tall: metres expected, {cure}"
+        "this face is {height:.3} m tall: meters expected, {cure}"
     ))
 }
 
@@ -363,9 +363,9 @@ mod tests {
         assert_eq!(units_warning(0.22), None);
         let text = units_warning(180.0).expect("too tall");
         let cure =
-            "this face is 180.000 m tall: metres expected, did you mean mm? add \"scale\": 0.001";
+            "this face is 180.000 m tall: meters expected, did you mean mm? add \"scale\": 0.001";
         assert_eq!(text, cure);
         assert!(units_warning(22.0).is_some_and(|t| t.contains("did you mean cm?")));
-        assert!(units_warning(1e-4).is_some_and(|t| t.contains("metres per unit")));
+        assert!(units_warning(1e-4).is_some_and(|t| t.contains("meters per unit")));
     }
 }

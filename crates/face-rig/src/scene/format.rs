@@ -1,6 +1,6 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
-use super::material::{Fibres, MaterialSpec};
+use super::material::{Fibers, MaterialSpec};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ pub struct SceneFile {
     #[serde(default)]
     pub name: String,
     /// Metres per unit of length in every file named here and in `hinge`; 1 by default, 0.001 for
-    /// millimetres.
+    /// millimeters.
     #[serde(default = "one")]
     pub scale: f64,
     /// Where the flesh comes from.
@@ -23,8 +23,8 @@ pub struct SceneFile {
     #[serde(default)]
     pub regions: Option<RegionsSpec>,
     /// What all muscles share.
-    #[serde(default)]
-    pub fibres: Fibres,
+    #[serde(default, alias = "fibres")]
+    pub fibers: Fibers,
     /// Expressions to fit.
     #[serde(default)]
     pub targets: Option<TargetsSpec>,
@@ -115,14 +115,15 @@ pub enum HingeSpec {
     },
 }
 
-/// The muscles: their names and where their fibres run.
+/// The muscles: their names and where their fibers run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MusclesSpec {
     /// The names, in the order of the indices.
     pub names: NamesSpec,
-    /// Where the fibres run.
-    pub fibres: FibresSpec,
+    /// Where the fibers run.
+    #[serde(alias = "fibres")]
+    pub fibers: FibersSpec,
 }
 
 /// Muscle names.
@@ -138,7 +139,7 @@ pub enum NamesSpec {
 /// Which elements the muscles fill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum FibresSpec {
+pub enum FibersSpec {
     /// CSV `tet,muscle,weight,fx,fy,fz`; several lines for one tet add up.
     Table(PathBuf),
     /// Cell data arrays of the mesh: one muscle in each tet at most.
@@ -149,7 +150,8 @@ pub enum FibresSpec {
         #[serde(default)]
         weight: Option<String>,
         /// Unit vectors.
-        fibre: String,
+        #[serde(alias = "fibre")]
+        fiber: String,
     },
 }
 

@@ -3,9 +3,9 @@
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, RegionsSpec, SceneFile, TurnedOver,
 };
-use super::material::{Fibres, MaterialSpec, PassiveMaterial, Region};
+use super::material::{Fibers, MaterialSpec, PassiveMaterial, Region};
 use super::{Landmark, Scene, SceneError, Skin, builtin, json, muscles, targets};
-use crate::anatomy::{Bone, Bones, EmbeddedPoint, FibreField, JawHinge, Muscle};
+use crate::anatomy::{Bone, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ pub(super) struct Flesh {
     pub bones: Bones,
     pub hinge: JawHinge,
     pub muscles: Vec<Muscle>,
-    pub fibre_field: FibreField,
+    pub fiber_field: FiberField,
     pub regions: Vec<Region>,
     pub region_of_tet: Vec<u32>,
     pub embedding: Vec<EmbeddedPoint>,
@@ -50,13 +50,13 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     };
     if !(file.scale > 0.0 && file.scale.is_finite()) {
         let reason = format!(
-            "{} must be metres per unit, above 0; 0.001 for mm",
+            "{} must be meters per unit, above 0; 0.001 for mm",
             file.scale
         );
         return Err(place.field("scale", reason));
     }
-    if let Some(defect) = file.fibres.defect() {
-        return Err(place.field("fibres", defect));
+    if let Some(defect) = file.fibers.defect() {
+        return Err(place.field("fibers", defect));
     }
     let material = material(&place, "material", &file.material)?;
     let flesh = match &file.face {
@@ -81,7 +81,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         )?,
         None => (None, Vec::new()),
     };
-    let mut scene = flesh.scene(name.into_owned(), file.fibres);
+    let mut scene = flesh.scene(name.into_owned(), file.fibers);
     scene.path = path.to_path_buf();
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
@@ -96,7 +96,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
 
 impl Flesh {
     /// The scene without targets.
-    pub fn scene(self, name: String, fibres: Fibres) -> Scene {
+    pub fn scene(self, name: String, fibers: Fibers) -> Scene {
         Scene {
             name,
             path: PathBuf::new(),
@@ -105,8 +105,8 @@ impl Flesh {
             bones: self.bones,
             hinge: self.hinge,
             muscles: self.muscles,
-            fibre_field: self.fibre_field,
-            fibres,
+            fiber_field: self.fiber_field,
+            fibers,
             regions: self.regions,
             region_of_tet: self.region_of_tet,
             embedding: self.embedding,
@@ -129,7 +129,7 @@ fn from_files(
     let (mesh, repairs) = mesh(place, files, &mesh_file)?;
     let bones = bones(&mesh_file, &files.bones)?;
     let hinge = hinge(place, &files.hinge)?;
-    let (muscles, fibre_field) = muscles::load(place, &files.muscles, &mesh_file, &mesh)?;
+    let (muscles, fiber_field) = muscles::load(place, &files.muscles, &mesh_file, &mesh)?;
     let (regions, region_of_tet) = regions(place, region_spec, &mesh_file, material)?;
     let (embedding, landmarks) = targets::points(place, files, &mesh, &repairs)?;
     Ok(Flesh {
@@ -138,7 +138,7 @@ fn from_files(
         bones,
         hinge,
         muscles,
-        fibre_field,
+        fiber_field,
         regions,
         region_of_tet,
         embedding,

@@ -165,10 +165,10 @@ impl Region {
     }
 }
 
-/// Tension of a fibre over its normalised stretch l = λ/λ_ofl.
+/// Tension of a fiber over its normalized stretch l = λ/λ_ofl.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum FibreCurve {
+pub enum FiberCurve {
     /// PhysBAM's, with a continuous slope.
     Physbam,
     /// Blemker et al. 2005, as published.
@@ -182,44 +182,46 @@ pub enum FibreCurve {
     },
 }
 
-/// Which stretch a fibre feels.
+/// Which stretch a fiber feels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum FibreStretch {
+pub enum FiberStretch {
     /// λ = |F a₀| (what PhysBAM runs).
-    Plain,
+    #[serde(alias = "plain")]
+    Total,
     /// λ = J^(−1/3) |F a₀| (doc 000, 4.2).
-    Deviatoric,
+    #[serde(alias = "deviatoric")]
+    Isochoric,
 }
 
 /// What all muscles share: σ = σ_max (α f_act(λ/λ_ofl) + f_pas(λ/λ_ofl)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Fibres {
+pub struct Fibers {
     /// Tension curve.
-    pub curve: FibreCurve,
+    pub curve: FiberCurve,
     /// Which stretch.
-    pub stretch: FibreStretch,
+    pub stretch: FiberStretch,
     /// σ_max, Pa.
     pub sigma_max: f64,
     /// λ_ofl, the stretch at which the active tension peaks.
     pub lambda_ofl: f64,
 }
 
-impl Default for Fibres {
+impl Default for Fibers {
     /// PhysBAM's curve on the plain stretch, σ_max = 200 kPa (the lower end of measured peak muscle
     /// stress, 0.2 to 0.3 MPa), λ_ofl = 1: strongest at rest.
     fn default() -> Self {
         Self {
-            curve: FibreCurve::Physbam,
-            stretch: FibreStretch::Plain,
+            curve: FiberCurve::Physbam,
+            stretch: FiberStretch::Total,
             sigma_max: 200e3,
             lambda_ofl: 1.0,
         }
     }
 }
 
-impl Fibres {
+impl Fibers {
     pub(super) fn defect(&self) -> Option<String> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         if !positive(self.sigma_max) {
@@ -231,7 +233,7 @@ impl Fibres {
         if !positive(self.lambda_ofl) {
             return Some(format!("lambda_ofl = {} must be above 0", self.lambda_ofl));
         }
-        if let FibreCurve::Table { active, passive } = &self.curve {
+        if let FiberCurve::Table { active, passive } = &self.curve {
             return table_defect("active", active).or_else(|| table_defect("passive", passive));
         }
         None
@@ -262,12 +264,12 @@ mod tests {
     }
 
     #[test]
-    fn every_preset_and_the_default_fibres_are_sound() {
+    fn every_preset_and_the_default_fibers_are_sound() {
         for (name, material) in PassiveMaterial::PRESETS {
             assert_eq!(material.defect(), None, "{name}");
             assert_eq!(MaterialSpec::Preset(name.into()).resolve(), Ok(material));
         }
-        assert_eq!(Fibres::default().defect(), None);
+        assert_eq!(Fibers::default().defect(), None);
     }
 
     #[test]
@@ -285,19 +287,19 @@ mod tests {
         assert!(nan.resolve().is_err());
         let none = MaterialSpec::Preset("steel".into());
         assert!(none.resolve().is_err_and(|e| e.contains("soft_tissue")));
-        let mut fibres = Fibres {
-            curve: FibreCurve::Table {
+        let mut fibers = Fibers {
+            curve: FiberCurve::Table {
                 active: vec![[0.5, 0.0], [0.9, 1.0]],
                 passive: vec![],
             },
-            ..Fibres::default()
+            ..Fibers::default()
         };
         assert!(
-            fibres
+            fibers
                 .defect()
                 .is_some_and(|e| e.contains("curve.table.active"))
         );
-        fibres.sigma_max = -1.0;
-        assert!(fibres.defect().is_some_and(|e| e.contains("sigma_max")));
+        fibers.sigma_max = -1.0;
+        assert!(fibers.defect().is_some_and(|e| e.contains("sigma_max")));
     }
 }

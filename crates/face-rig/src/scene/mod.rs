@@ -1,7 +1,7 @@
 //! Scene files: everything a face needs, by name, with every inconsistency an error that says
 //! where.
 //!
-//! A scene is one JSON file. Lengths are metres (or `scale` metres per unit), moduli pascals, paths
+//! A scene is one JSON file. Lengths are meters (or `scale` meters per unit), moduli pascals, paths
 //! relative to the file. Unknown fields are refused.
 //!
 //! ```json
@@ -14,7 +14,7 @@
 //!     "hinge": { "line": { "point": [0, -0.0055, 0.018], "axis": [1, 0, 0] } },
 //!     "muscles": {
 //!       "names": { "file": "muscles.json" },
-//!       "fibres": { "table": "muscle_tets.csv" }
+//!       "fibers": { "table": "muscle_tets.csv" }
 //!     },
 //!     "embedding": "embedding.csv",
 //!     "landmarks": { "file": "landmarks.csv", "rest": "rest" }
@@ -23,7 +23,7 @@
 //!   "regions": { "array": "layer", "labels": [
 //!     { "label": 2, "name": "fat", "material": { "preset": "soft_mooney_rivlin" } }
 //!   ] },
-//!   "fibres": { "curve": "physbam", "stretch": "plain", "sigma_max": 200e3, "lambda_ofl": 1.0 },
+//!   "fibers": { "curve": "physbam", "stretch": "total", "sigma_max": 200e3, "lambda_ofl": 1.0 },
 //!   "targets": {
 //!     "landmarks": "landmarks.csv", "skip": ["rest"], "identities": ["identity_"],
 //!     "dense": { "file": "targets.vtu", "vertex": "ict_vertex", "prefix": "disp_" },
@@ -35,16 +35,16 @@
 //! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
 //! * `turned_over`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
 //! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` and `hinge_axis`.
-//! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibres` may be
-//!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fibre": "fibre" } }`, cell data
+//! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
+//!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
 //!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
 //! * `material`: `preset`, `mooney_rivlin { a, b, bulk }`, `stable_neo_hookean { young, poisson }` or
 //!   `neo_hookean { young, poisson }`.
-//! * `fibres.curve`: `"physbam"`, `"blemker"` or `{ "table": { "active": [[l, f], …], "passive": … } }`;
+//! * `fibers.curve`: `"physbam"`, `"blemker"` or `{ "table": { "active": [[l, f], …], "passive": … } }`;
 //!   `stretch`: `"plain"` or `"deviatoric"`.
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
-//! Tables are CSV with a header: fibres `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
+//! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
 mod assembly;
@@ -65,19 +65,19 @@ mod targets;
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use error::SceneError;
 pub use format::{
-    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibresSpec, FilesSpec, HingeSpec, LandmarksSpec,
+    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, LandmarksSpec,
     MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, TurnedOver,
 };
-pub use material::{FibreCurve, FibreStretch, Fibres, MaterialSpec, PassiveMaterial, Region};
+pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, PassiveMaterial, Region};
 pub use pose::{SettingError, parse_activations, parse_angle};
 pub use rig::RigSceneError;
 
-use crate::anatomy::{Bones, EmbeddedPoint, FibreField, Frame, JawHinge, Muscle};
+use crate::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A face with everything known about it, as plain data; metres and pascals.
+/// A face with everything known about it, as plain data; meters and pascals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Title for reports.
@@ -95,9 +95,9 @@ pub struct Scene {
     /// The muscles, in the order of the activations.
     pub muscles: Vec<Muscle>,
     /// Which elements they fill.
-    pub fibre_field: FibreField,
+    pub fiber_field: FiberField,
     /// What all of them share.
-    pub fibres: Fibres,
+    pub fibers: Fibers,
     /// What the flesh is made of; the first is the scene's own material.
     pub regions: Vec<Region>,
     /// The region of every element.
@@ -130,7 +130,7 @@ pub struct Landmark {
 pub struct Skin {
     /// Its vertices.
     pub points: Vec<EmbeddedPoint>,
-    /// Where they are at rest, metres.
+    /// Where they are at rest, meters.
     pub rest: Vec<[f64; 3]>,
     /// Triangles between them.
     pub triangles: Vec<[u32; 3]>,
@@ -186,14 +186,14 @@ pub struct Target {
     pub name: String,
     /// What it shows.
     pub kind: TargetKind,
-    /// Goals, metres: (place in [`Scene::landmarks`], position), ascending.
+    /// Goals, meters: (place in [`Scene::landmarks`], position), ascending.
     pub landmarks: Vec<(usize, [f64; 3])>,
     /// How much each of them counts, 0 or more; empty for 1 everywhere.
     pub weights: Vec<f64>,
-    /// Goals of the vertices of [`Scene::skin`], metres, one each.
+    /// Goals of the vertices of [`Scene::skin`], meters, one each.
     pub dense: Option<Vec<[f64; 3]>>,
     /// The rigid jaw motion behind it where known: to compare with, not to fit with.
-    pub jaw_truth: Option<Frame>,
+    pub jaw_truth: Option<AffineMap>,
 }
 
 impl Scene {
@@ -205,7 +205,7 @@ impl Scene {
         load::load(path.as_ref())
     }
 
-    /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; metres;
+    /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; meters;
     /// a path from the current folder), in order of first appearance; the scene's own names to
     /// skip (`rest` if it has none) and of identities hold for it too.
     ///

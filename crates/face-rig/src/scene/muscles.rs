@@ -1,10 +1,10 @@
-//! Muscles of a scene: names, and fibres from a sparse table or dense arrays.
+//! Muscles of a scene: names, and fibers from a sparse table or dense arrays.
 
-use super::format::{FibresSpec, MusclesSpec, NamesSpec};
+use super::format::{FibersSpec, MusclesSpec, NamesSpec};
 use super::load::Place;
 use super::table::Table;
 use super::{SceneError, json};
-use crate::anatomy::{FibreEntry, FibreField, Muscle};
+use crate::anatomy::{FiberEntry, FiberField, Muscle};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
 use serde::Deserialize;
 use std::path::Path;
@@ -21,15 +21,15 @@ pub(super) fn load(
     spec: &MusclesSpec,
     file: &MeshFile,
     mesh: &SimplexMesh<3>,
-) -> Result<(Vec<Muscle>, FibreField), SceneError> {
+) -> Result<(Vec<Muscle>, FiberField), SceneError> {
     let muscles = names(place, &spec.names)?;
-    let field = match &spec.fibres {
-        FibresSpec::Table(table) => from_table(&place.file(table), mesh, muscles.len())?,
-        FibresSpec::Arrays {
+    let field = match &spec.fibers {
+        FibersSpec::Table(table) => from_table(&place.file(table), mesh, muscles.len())?,
+        FibersSpec::Arrays {
             muscle,
             weight,
-            fibre,
-        } => from_arrays(file, [muscle, fibre], weight.as_deref(), muscles.len())?,
+            fiber,
+        } => from_arrays(file, [muscle, fiber], weight.as_deref(), muscles.len())?,
     };
     Ok((muscles, field))
 }
@@ -71,12 +71,12 @@ fn from_table(
     path: &Path,
     mesh: &SimplexMesh<3>,
     muscles: usize,
-) -> Result<FibreField, SceneError> {
+) -> Result<FiberField, SceneError> {
     let table = Table::read(path, &["tet", "muscle", "weight", "fx", "fy", "fz"])?;
     let (mut entries, mut lines) = (Vec::new(), Vec::new());
     for row in table.rows() {
         let row = row?;
-        entries.push(FibreEntry {
+        entries.push(FiberEntry {
             tet: row.index(0)?,
             muscle: row.index(1)?,
             weight: row.number(2)?,
@@ -84,7 +84,7 @@ fn from_table(
         });
         lines.push(row.line);
     }
-    FibreField::new(entries, mesh.num_elements(), muscles).map_err(|error| {
+    FiberField::new(entries, mesh.num_elements(), muscles).map_err(|error| {
         let line = format!("line {}", lines[error.entry()]);
         SceneError::invalid(path, line, error.to_string())
     })
@@ -92,12 +92,12 @@ fn from_table(
 
 fn from_arrays(
     file: &MeshFile,
-    [muscle, fibre]: [&str; 2],
+    [muscle, fiber]: [&str; 2],
     weight: Option<&str>,
     muscles: usize,
-) -> Result<FibreField, SceneError> {
+) -> Result<FiberField, SceneError> {
     let labels = file.cell_integers(muscle)?;
-    let directions = file.cell_vectors::<3>(fibre)?;
+    let directions = file.cell_vectors::<3>(fiber)?;
     let weights = match weight {
         Some(name) => file.cell_scalars(name)?,
         None => vec![1.0; labels.len()],
@@ -112,7 +112,7 @@ fn from_arrays(
             let place = format!("cell data array \"{muscle}\" at cell {tet}");
             return Err(SceneError::invalid(&file.path, place, reason));
         };
-        entries.push(FibreEntry {
+        entries.push(FiberEntry {
             tet: tet as u32,
             muscle: index,
             weight: weights[tet],
@@ -120,7 +120,7 @@ fn from_arrays(
         });
     }
     let tets: Vec<u32> = entries.iter().map(|e| e.tet).collect();
-    FibreField::new(entries, labels.len(), muscles).map_err(|error| {
+    FiberField::new(entries, labels.len(), muscles).map_err(|error| {
         let place = format!("cell {}", tets[error.entry()]);
         SceneError::invalid(&file.path, place, error.to_string())
     })

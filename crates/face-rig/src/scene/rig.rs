@@ -21,7 +21,7 @@ impl Scene {
     /// The scene's flesh, muscles and bones as a [`Rig`], at rest.
     ///
     /// # Errors
-    /// [`RigSceneError`] names the region, element or fibre that is unusable.
+    /// [`RigSceneError`] names the region, element or fiber that is unusable.
     pub fn rig(&self, params: RigParams) -> Result<Rig, RigSceneError> {
         if self.bones.cranium.is_empty() && self.bones.jaw.is_empty() {
             let reason = "no node is attached to cranium or jaw; flesh without support floats away";

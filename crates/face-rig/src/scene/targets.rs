@@ -4,7 +4,7 @@ use super::format::{DenseSpec, FilesSpec, LandmarksSpec, TargetsSpec};
 use super::load::Place;
 use super::table::Table;
 use super::{Landmark, SceneError, Skin, Target, TargetKind, json};
-use crate::anatomy::{EmbeddedPoint, Frame, TetLocator};
+use crate::anatomy::{AffineMap, EmbeddedPoint, TetLocator};
 use fem_assembly::mesh::{MeshFile, Repairs, SimplexMesh};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -37,7 +37,7 @@ pub(super) fn points(
     Ok((embedding, landmarks))
 }
 
-/// The size of a face, metres.
+/// The size of a face, meters.
 fn diagonal(mesh: &SimplexMesh<3>) -> f64 {
     let (low, high) = mesh.bounding_box();
     distance(low, high)
@@ -286,7 +286,7 @@ fn sparse(
             if !(off <= size) {
                 return error(format!(
                     "landmark {} of \"{name}\" lies {off:.3} m from its place at rest, and the whole \
-                     face is {size:.3} m large; are these metres, and the same axes?",
+                     face is {size:.3} m large; are these meters, and the same axes?",
                     row.landmark
                 ));
             }
@@ -344,8 +344,8 @@ fn dense(
             SceneError::invalid(&path, format!("point {n}"), reason)
         })?);
     }
-    let metres = |x: &[f64; 3]| x.map(|v| v * place.scale);
-    let rest: Vec<[f64; 3]> = file.points.iter().map(metres).collect();
+    let meters = |x: &[f64; 3]| x.map(|v| v * place.scale);
+    let rest: Vec<[f64; 3]> = file.points.iter().map(meters).collect();
     if let Some(n) = rest.iter().position(|x| !x.iter().all(|v| v.is_finite())) {
         let reason = "its coordinates are not finite numbers";
         return Err(SceneError::invalid(&path, format!("point {n}"), reason));
@@ -379,7 +379,7 @@ fn truth(path: &Path, scale: f64, targets: &mut [Target]) -> Result<(), SceneErr
     let mut entries: BTreeMap<String, TruthEntry> = json::read(path)?;
     for target in targets {
         let jaw = entries.remove(&target.name).and_then(|entry| entry.jaw);
-        target.jaw_truth = jaw.map(|jaw| Frame {
+        target.jaw_truth = jaw.map(|jaw| AffineMap {
             matrix: jaw.rotation,
             translation: jaw.translation_m.map(|v| v * scale),
         });

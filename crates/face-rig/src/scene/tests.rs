@@ -19,7 +19,7 @@ const SCENE: &str = r#"{
     "hinge": { "line": { "point": [0, 0.1, 0], "axis": [2, 0, 0] } },
     "muscles": {
       "names": { "list": ["smile_L", "smile_R"] },
-      "fibres": { "table": "fibres.csv" }
+      "fibers": { "table": "fibers.csv" }
     },
     "embedding": "embedding.csv",
     "landmarks": { "file": "landmarks.csv" }
@@ -27,7 +27,7 @@ const SCENE: &str = r#"{
   "material": { "preset": "soft_tissue" },
   "targets": { "landmarks": "landmarks.csv", "skip": ["rest"], "identities": ["identity"] }
 }"#;
-const FIBRES: &str =
+const FIBERS: &str =
     "tet,muscle,weight,fx,fy,fz\n3,0,0.5,0,1,0\n3,1,0.25,1,0,0\n0,1,1.0,0,0.6,0.8\n";
 const EMBEDDING: &str = "ict_vertex,tet,w0,w1,w2,w3\n7,0,1,0,0,0\n9,5,0.1,0.2,0.3,0.4\n";
 
@@ -38,7 +38,7 @@ impl Files {
         };
         files.block(|_| {});
         files.text("scene.json", SCENE);
-        files.text("fibres.csv", FIBRES);
+        files.text("fibers.csv", FIBERS);
         files.text("embedding.csv", EMBEDDING);
         let mesh = kuhn_grid(2, 3, 2, [0.1, 0.2, 0.1]).expect("a grid");
         let tet = mesh.tet(5).map(|n| mesh.node(n));
@@ -102,7 +102,7 @@ fn a_sound_scene_is_understood() {
     assert_eq!(scene.mesh.num_elements(), 72);
     assert_eq!(scene.bones.of_node()[0], Bone::Cranium);
     assert_eq!(scene.hinge.axis(), [1.0, 0.0, 0.0]);
-    assert_eq!(scene.fibre_field.of_tet(3).len(), 2);
+    assert_eq!(scene.fiber_field.of_tet(3).len(), 2);
     assert_eq!(scene.regions[0].material, PassiveMaterial::SOFT_TISSUE);
     let indices: Vec<u32> = scene.landmarks.iter().map(|l| l.index).collect();
     assert_eq!(indices, [0, 1]);
@@ -179,8 +179,8 @@ fn json_errors_name_field_line_and_column() {
 #[test]
 fn missing_files_and_arrays() {
     let files = Files::new();
-    fs::remove_file(files.path("fibres.csv")).expect("was there");
-    files.error("fibres.csv");
+    fs::remove_file(files.path("fibers.csv")).expect("was there");
+    files.error("fibers.csv");
     let files = Files::new();
     fs::remove_file(files.path("block.vtu")).expect("was there");
     files.error("block.vtu");
@@ -266,7 +266,7 @@ fn nan_coordinates_and_arrays_of_wrong_length() {
 }
 
 #[test]
-fn bad_fibres() {
+fn bad_fibers() {
     let cases = [
         ("3,0,0.5", "72,0,0.5", "tet 72 is not in the mesh"),
         ("3,0,0.5", "3,2,0.5", "muscle 2 is unknown"),
@@ -278,19 +278,19 @@ fn bad_fibres() {
     ];
     for (from, to, message) in cases {
         let files = Files::new();
-        files.edit("fibres.csv", from, to);
-        expect(&files.error("fibres.csv: line 2"), &[message]);
+        files.edit("fibers.csv", from, to);
+        expect(&files.error("fibers.csv: line 2"), &[message]);
     }
     let files = Files::new();
-    files.edit("fibres.csv", "3,1,0.25", "3,0,0.25");
+    files.edit("fibers.csv", "3,1,0.25", "3,0,0.25");
     expect(
-        &files.error("fibres.csv: line 3"),
+        &files.error("fibers.csv: line 3"),
         &["muscle 0 appears twice in tet 3"],
     );
     let files = Files::new();
-    files.edit("fibres.csv", "tet,muscle", "muscle,tet");
+    files.edit("fibers.csv", "tet,muscle", "muscle,tet");
     expect(
-        &files.error("fibres.csv: line 1"),
+        &files.error("fibers.csv: line 1"),
         &["expected \"tet,muscle,weight,fx,fy,fz\""],
     );
     let files = Files::new();
@@ -299,10 +299,10 @@ fn bad_fibres() {
 }
 
 #[test]
-fn dense_fibre_arrays() {
+fn dense_fiber_arrays() {
     let files = Files::new();
-    let arrays = r#"{ "arrays": { "muscle": "muscle", "weight": "weight", "fibre": "fibre" } }"#;
-    files.edit("scene.json", "{ \"table\": \"fibres.csv\" }", arrays);
+    let arrays = r#"{ "arrays": { "muscle": "muscle", "weight": "weight", "fiber": "fiber" } }"#;
+    files.edit("scene.json", "{ \"table\": \"fibers.csv\" }", arrays);
     let write = |label: i64| {
         files.block(|file| {
             let mut muscle = vec![-1; 72];
@@ -311,13 +311,13 @@ fn dense_fibre_arrays() {
             file.cell_data
                 .push(DataArray::scalars("weight", &[0.5; 72]));
             file.cell_data
-                .push(DataArray::vectors("fibre", &[[0.0, 0.0, -1.0]; 72]));
+                .push(DataArray::vectors("fiber", &[[0.0, 0.0, -1.0]; 72]));
         });
     };
     write(1);
     let scene = files.load().expect("sound");
-    assert_eq!(scene.fibre_field.entries().len(), 2);
-    assert_eq!(scene.fibre_field.of_tet(9)[0].muscle, 1);
+    assert_eq!(scene.fiber_field.entries().len(), 2);
+    assert_eq!(scene.fiber_field.of_tet(9)[0].muscle, 1);
     write(2);
     expect(
         &files.error("block.vtu"),
@@ -486,28 +486,28 @@ fn dense_targets() {
 }
 
 #[test]
-fn regions_and_fibre_settings() {
+fn regions_and_fiber_settings() {
     let files = Files::new();
     let regions = r#""regions": { "array": "layer", "labels": [ { "label": 2, "name": "stiff",
         "material": { "mooney_rivlin": { "a": 6e4, "b": 2e4, "bulk": 6e5 } } } ] },
-        "fibres": { "curve": { "table": { "active": [[0.5, 0], [1, 1], [1.5, 0]],
+        "fibers": { "curve": { "table": { "active": [[0.5, 0], [1, 1], [1.5, 0]],
         "passive": [[1, 0], [1.5, 1]] } }, "stretch": "deviatoric", "sigma_max": 3e5 }, "targets""#;
     files.edit("scene.json", "\"targets\"", regions);
     let scene = files.load().expect("sound");
     assert_eq!(scene.regions[1].name, "stiff");
     assert_eq!(scene.region_of_tet[..4], [0, 0, 1, 0]);
     assert_eq!(
-        (scene.fibres.sigma_max, scene.fibres.lambda_ofl),
+        (scene.fibers.sigma_max, scene.fibers.lambda_ofl),
         (3e5, 1.0)
     );
-    assert_eq!(scene.fibres.stretch, FibreStretch::Deviatoric);
+    assert_eq!(scene.fibers.stretch, FiberStretch::Isochoric);
     files.edit("scene.json", "\"label\": 2", "\"label\": 7");
     expect(
         &files.error("scene.json"),
         &["regions.labels[0]", "no tet of the mesh has label 7"],
     );
     files.edit("scene.json", "\"sigma_max\": 3e5", "\"sigma_max\": 0");
-    expect(&files.error("scene.json"), &["fibres: sigma_max = 0"]);
+    expect(&files.error("scene.json"), &["fibers: sigma_max = 0"]);
 }
 
 #[test]

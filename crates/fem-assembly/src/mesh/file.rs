@@ -232,7 +232,7 @@ impl MeshFile {
             TETRAHEDRON,
         )
     }
-    /// A surface of triangles without data; positions in metres.
+    /// A surface of triangles without data; positions in meters.
     pub fn from_triangles(points: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Self {
         Self::from_cells(points, triangles.as_flattened().to_vec(), 3, TRIANGLE)
     }

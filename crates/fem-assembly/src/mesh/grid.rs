@@ -3,7 +3,7 @@
 use super::error::MeshError;
 use super::simplex::SimplexMesh;
 
-/// The Kuhn (Freudenthal) triangulation of the box [0, size₀]×[0, size₁]×[0, size₂] (metres): nx·ny·nz
+/// The Kuhn (Freudenthal) triangulation of the box [0, size₀]×[0, size₁]×[0, size₂] (meters): nx·ny·nz
 /// boxes of six tetrahedra each, all of positive volume.
 ///
 /// Node i + (nx+1)(j + (ny+1)k) lies at (size₀ i/nx, size₁ j/ny, size₂ k/nz). Boxes come with i

@@ -42,7 +42,7 @@ pub struct Quality {
     /// Three times the inscribed over the circumscribed radius: 1 for a regular tetrahedron, 0 for
     /// a flat one.
     pub radius_ratio: Distribution,
-    /// Edge lengths, metres; an edge counts once.
+    /// Edge lengths, meters; an edge counts once.
     pub edge_length: Distribution,
     /// Element volumes, m³.
     pub element_volume: Distribution,
@@ -165,8 +165,8 @@ impl Shape {
         let area = 0.5 * faces.iter().map(|&n| norm(n)).sum::<f64>();
         // Circumradius from |u|²(v×w) + |v|²(w×u) + |w|²(u×v) over 12 V.
         let (uu, vv, ww) = (dot(u, u), dot(v, v), dot(w, w));
-        let centre: [f64; 3] = std::array::from_fn(|i| uu * a[i] + vv * b[i] + ww * c[i]);
-        let circumradius = norm(centre) / (12.0 * volume);
+        let center: [f64; 3] = std::array::from_fn(|i| uu * a[i] + vv * b[i] + ww * c[i]);
+        let circumradius = norm(center) / (12.0 * volume);
         let inradius = 3.0 * volume / area;
         Self {
             dihedrals,

@@ -62,7 +62,7 @@ const DIAGONALS: [([usize; 2], [usize; 4]); 3] = [
 impl<const D: usize> SimplexMesh<D> {
     /// Splits every element at its edge midpoints: tetrahedra into four corners and an octahedron
     /// cut along its shortest diagonal, triangles into four. Volumes add up exactly, and
-    /// neighbours stay conforming.
+    /// neighbors stay conforming.
     ///
     /// # Errors
     /// [`MeshError::TooManyNodes`], or [`MeshError::ZeroVolume`] where a child of an almost flat

@@ -16,11 +16,11 @@ impl<const D: usize> SimplexMesh<D> {
     /// Nodes of one element, D + 1.
     pub const NODES_PER_ELEMENT: usize = D + 1;
 
-    /// Rest positions, metres.
+    /// Rest positions, meters.
     pub fn nodes(&self) -> &[[f64; D]] {
         &self.nodes
     }
-    /// Position of node `n`, metres.
+    /// Position of node `n`, meters.
     pub fn node(&self, n: u32) -> [f64; D] {
         self.nodes[n as usize]
     }
@@ -44,7 +44,7 @@ impl<const D: usize> SimplexMesh<D> {
     pub fn elements(&self) -> std::slice::ChunksExact<'_, u32> {
         self.connectivity.chunks_exact(D + 1)
     }
-    /// D_m of element `e`: column k is x_{k+1} − x_0 at rest, metres (doc 000, 4.1).
+    /// D_m of element `e`: column k is x_{k+1} − x_0 at rest, meters (doc 000, 4.1).
     pub fn rest_edges(&self, e: usize) -> Mat<f64, D> {
         edges(&self.nodes, self.element(e))
     }
@@ -56,7 +56,7 @@ impl<const D: usize> SimplexMesh<D> {
     pub fn total_volume(&self) -> f64 {
         (0..self.num_elements()).map(|e| self.volume(e)).sum()
     }
-    /// Lowest and highest coordinate along every axis, metres.
+    /// Lowest and highest coordinate along every axis, meters.
     pub fn bounding_box(&self) -> ([f64; D], [f64; D]) {
         let mut low = [f64::INFINITY; D];
         let mut high = [f64::NEG_INFINITY; D];

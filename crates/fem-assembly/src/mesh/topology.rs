@@ -1,4 +1,4 @@
-//! Which elements touch: boundary, neighbours, connected components.
+//! Which elements touch: boundary, neighbors, connected components.
 
 use super::simplex::SimplexMesh;
 
@@ -105,8 +105,8 @@ impl<const D: usize> SimplexMesh<D> {
         Csr::group(self.num_nodes(), pairs)
     }
 
-    /// The neighbours of every node along edges, ascending, without the node itself.
-    pub fn node_neighbours(&self) -> Csr {
+    /// The neighbors of every node along edges, ascending, without the node itself.
+    pub fn node_neighbors(&self) -> Csr {
         let pairs: Vec<(u32, u32)> = self
             .edges()
             .iter()
@@ -133,7 +133,7 @@ impl<const D: usize> SimplexMesh<D> {
     }
 
     /// The elements that share a whole face with every element, ascending.
-    pub fn element_neighbours(&self) -> Csr {
+    pub fn element_neighbors(&self) -> Csr {
         let mut pairs = Vec::new();
         for equal in self.sorted_faces().chunk_by(|a, b| a.0 == b.0) {
             for a in equal {
@@ -152,7 +152,7 @@ impl<const D: usize> SimplexMesh<D> {
     /// For every element the number of its face-connected component, numbered by first element;
     /// and how many components there are.
     pub fn components(&self) -> (Vec<u32>, usize) {
-        let neighbours = self.element_neighbours();
+        let neighbors = self.element_neighbors();
         let mut component = vec![u32::MAX; self.num_elements()];
         let mut count = 0_u32;
         let mut stack = Vec::new();
@@ -163,7 +163,7 @@ impl<const D: usize> SimplexMesh<D> {
             component[start] = count;
             stack.push(start);
             while let Some(e) = stack.pop() {
-                for &other in neighbours.row(e) {
+                for &other in neighbors.row(e) {
                     if component[other as usize] == u32::MAX {
                         component[other as usize] = count;
                         stack.push(other as usize);
@@ -256,7 +256,7 @@ mod tests {
                 .collect();
             assert_eq!(around.row(n), direct);
         }
-        let neighbours = mesh.node_neighbours();
-        assert_eq!(neighbours.row(13).len(), 14);
+        let neighbors = mesh.node_neighbors();
+        assert_eq!(neighbors.row(13).len(), 14);
     }
 }

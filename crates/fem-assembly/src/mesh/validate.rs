@@ -35,7 +35,7 @@ pub struct Repairs {
 const FLAT: f64 = 1e-10;
 
 impl<const D: usize> SimplexMesh<D> {
-    /// A mesh from nodes (metres) and the node indices of its elements, D + 1 for each.
+    /// A mesh from nodes (meters) and the node indices of its elements, D + 1 for each.
     ///
     /// # Errors
     /// Any [`MeshError`]; negative volumes and orphan nodes are refused. See
@@ -45,7 +45,7 @@ impl<const D: usize> SimplexMesh<D> {
             .map(|(mesh, _)| mesh)
     }
 
-    /// A mesh from nodes (metres) and node indices; says what it repaired and tolerated.
+    /// A mesh from nodes (meters) and node indices; says what it repaired and tolerated.
     ///
     /// # Errors
     /// Any [`MeshError`]: what cannot be repaired, or was asked to be refused.

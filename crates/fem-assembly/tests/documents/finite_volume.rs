@@ -9,7 +9,7 @@ use fem_kinematics::{
     signed_svd, to_flat,
 };
 use fem_materials::isotropic::{ByStretches, DiagonalBlocks, StretchEnergy};
-use fem_materials::{CorotatedLinear, DefinitenessFilter, Material, NeoHookean};
+use fem_materials::{CorotatedLinear, HessianProjection, Material, NeoHookean};
 use fem_solvers::{BlockSymmetric, LinearOperator};
 
 const FLESH: NeoHookean = NeoHookean {
@@ -256,7 +256,7 @@ fn dual_differential(
 /// K of the assembly by its matrix, one unit vector at a time, in the mesh's numbering of nodes.
 fn stiffness(body: &Assembly<3>, x: &[[f64; 3]]) -> [[f64; 12]; 12] {
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
-    body.hessian(x, &[], DefinitenessFilter::None, &mut hessian);
+    body.hessian(x, &[], HessianProjection::None, &mut hessian);
     let mut K = [[0.0; 12]; 12];
     for column in 0..12 {
         let mut unit = vec![[0.0; 3]; 4];
@@ -377,7 +377,7 @@ fn the_element_stiffness_by_columns_in_closed_form_and_by_the_assembly_is_one() 
                 .map(|column| {
                     let mut unit = vec![[0.0; 3]; 4];
                     unit[column / 3][column % 3] = 1.0;
-                    body.hessian_product_everywhere(&x, &[], &unit)
+                    body.hessian_vector_everywhere(&x, &[], &unit)
                 })
                 .collect();
             core::array::from_fn(|row| {
@@ -477,7 +477,7 @@ fn an_element_softens_exactly_where_its_material_does() {
             let body = assembly(&rest, material);
             for _ in 0..20 {
                 let dx: Vec<[f64; 3]> = (0..4).map(|_| random.point()).collect();
-                let product = body.hessian_product_everywhere(&x, &[], &dx);
+                let product = body.hessian_vector_everywhere(&x, &[], &dx);
                 let work: f64 = -(0..12)
                     .map(|n| dx[n / 3][n % 3] * product[n / 3][n % 3])
                     .sum::<f64>();

@@ -5,7 +5,7 @@ use approx::assert_relative_eq;
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::inversion::Thresholded;
 use fem_materials::isotropic::ByStretches;
-use fem_materials::{CorotatedLinear, DefinitenessFilter, Material, NeoHookean};
+use fem_materials::{CorotatedLinear, HessianProjection, Material, NeoHookean};
 use fem_solvers::{
     AssumedPositiveDefinite, BlockSymmetric, Identity, LinearOperator, LinearSolver, Merit, Newton,
     NewtonFailure, NewtonParams, PcgParams, PreconditionerChoice, Structure, pcg,
@@ -42,7 +42,7 @@ fn patch_test(material: impl Material<2> + 'static) {
         ]
     };
     let fixed = boundary(rest);
-    let dofs = Dofs::with_fixed_nodes(rest, &fixed).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(rest, &fixed).unwrap();
     let body = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(material)
@@ -168,7 +168,7 @@ impl LinearOperator for Product<'_> {
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let mut displacement = vec![[0.0; 2]; self.1.len()];
         self.0.dofs().scatter(x, &mut displacement);
-        self.0.hessian_product(self.1, &[], &displacement, y);
+        self.0.hessian_vector(self.1, &[], &displacement, y);
     }
 }
 
@@ -177,7 +177,7 @@ fn conjugate_gradients_on_the_product_alone_give_the_dense_newton_step() {
     let mesh = Triangles::new(6, 5).mesh();
     let rest = mesh.nodes();
     let fixed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][0] == 0.0).collect();
-    let dofs = Dofs::with_fixed_nodes(rest, &fixed).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(rest, &fixed).unwrap();
     let body = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(FLESH)
@@ -195,7 +195,7 @@ fn conjugate_gradients_on_the_product_alone_give_the_dense_newton_step() {
     let rhs: Vec<f64> = gradient.iter().map(|g| -g).collect();
 
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
-    body.hessian(&x, &[], DefinitenessFilter::None, &mut hessian);
+    body.hessian(&x, &[], HessianProjection::None, &mut hessian);
     let dense = gauss(hessian.to_dense(), rhs.clone());
     let operator = Product(&body, &x);
     let params = PcgParams {
@@ -250,7 +250,7 @@ fn an_inverted_triangle_recovers_with_the_threshold_of_the_documents() {
     let mesh = Triangles::new(4, 4).mesh();
     let rest = mesh.nodes();
     let fixed = boundary(rest);
-    let dofs = Dofs::with_fixed_nodes(rest, &fixed).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(rest, &fixed).unwrap();
     let builder = || AssemblyBuilder::new(&mesh, dofs.clone()).unwrap();
     let material = Thresholded::new(FLESH, 0.25).unwrap();
     let body = builder().material(material).unwrap().build().unwrap();

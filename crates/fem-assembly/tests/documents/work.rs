@@ -4,7 +4,7 @@ use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
 use fem_kinematics::{Mat, Real, Tensor4};
 use fem_materials::curves::{CurvePoint, PhysBam, TensionCurve};
-use fem_materials::{DefinitenessFilter, FiberLaw, Material, NeoHookean, Stretch};
+use fem_materials::{FiberLaw, HessianProjection, Material, NeoHookean, Stretch};
 use fem_solvers::BlockSymmetric;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -46,7 +46,7 @@ impl Material<3> for Counting {
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, 3> {
         add(&FILTERED);
         FLESH.filtered_derivative(F, filter)
@@ -80,8 +80,8 @@ fn taken() -> [usize; 6] {
 }
 
 #[test]
-fn no_derivative_and_no_fibre_is_evaluated_that_nobody_asked_for() {
-    // 48 tetrahedra, six packs of eight; fibres in five of them, one pack.
+fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
+    // 48 tetrahedra, six packs of eight; fibers in five of them, one pack.
     let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
     let rest = mesh.nodes();
     let fibers: Vec<Fiber> = (0..5)
@@ -95,7 +95,7 @@ fn no_derivative_and_no_fibre_is_evaluated_that_nobody_asked_for() {
         .collect();
     let law = FiberLaw {
         curve: CountingCurve,
-        stretch: Stretch::Plain,
+        stretch: Stretch::Total,
     };
     let body = AssemblyBuilder::new(&mesh, Dofs::all_free(rest).unwrap())
         .unwrap()
@@ -114,9 +114,9 @@ fn no_derivative_and_no_fibre_is_evaluated_that_nobody_asked_for() {
     assert_eq!(taken(), [6, 0, 0, 0, 0, 1], "an energy");
     body.gradient(&x, &[0.5], &mut rows);
     assert_eq!(taken(), [6, 6, 0, 0, 0, 1], "a gradient, with its energy");
-    body.hessian_product(&x, &[0.5], &x, &mut rows);
+    body.hessian_vector(&x, &[0.5], &x, &mut rows);
     assert_eq!(taken(), [0, 0, 6, 0, 0, 1], "a product");
-    body.hessian(&x, &[0.5], DefinitenessFilter::None, &mut hessian);
+    body.hessian(&x, &[0.5], HessianProjection::None, &mut hessian);
     assert_eq!(taken(), [0, 0, 0, 6, 0, 1], "a Hessian");
     body.activation_gradient(&x, 0, &mut rows);
     assert_eq!(taken(), [0, 0, 0, 0, 0, 1], "the force of a muscle");

@@ -4,7 +4,7 @@ use super::Claim;
 use super::report::{Property, Report};
 use super::sample::Sample;
 use super::size::{Norm, Sizes};
-use crate::{DefinitenessFilter, Material};
+use crate::{HessianProjection, Material};
 use fem_kinematics::{Tensor4, jacobi_eigen};
 
 pub(super) fn check<const D: usize, M: Material<D>>(
@@ -20,18 +20,18 @@ pub(super) fn check<const D: usize, M: Material<D>>(
     let size = Sizes::at(material, F).derivative;
     let tensor = material.stress_derivative(F);
     for filter in [
-        DefinitenessFilter::None,
-        DefinitenessFilter::Clamp,
-        DefinitenessFilter::Absolute,
+        HessianProjection::None,
+        HessianProjection::Clamp,
+        HessianProjection::Absolute,
     ] {
         let filtered = material.filtered_derivative(F, filter);
         let by_terms = claims.contains(&Claim::FilteredByTerms);
-        if filter == DefinitenessFilter::None || !by_terms {
+        if filter == HessianProjection::None || !by_terms {
             let numeric = filter.apply(&tensor);
             let apart = (filtered + numeric.scale(-1.0)).norm();
             report.record(Property::FilterIsProjection, apart / size, F);
         }
-        if filter != DefinitenessFilter::None {
+        if filter != HessianProjection::None {
             let stiffer = filtered + tensor.scale(-1.0);
             let size = size + filtered.norm();
             for negative in [most_negative(&filtered), most_negative(&stiffer)] {

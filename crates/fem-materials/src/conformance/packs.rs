@@ -19,7 +19,7 @@ fn lane_of_tensor<const D: usize>(t: &Tensor4<F64x8, D>, n: usize) -> Tensor4<f6
     Tensor4::from_fn(|i, j, k, l| t.get(i, j, k, l).0[n])
 }
 
-/// Every lane against the scalar, and a spoilt lane against its neighbours.
+/// Every lane against the scalar, and a spoilt lane against its neighbors.
 pub(super) fn lanes<const D: usize, M: Material<D>>(
     material: &M,
     samples: &[Sample<D>],

@@ -34,7 +34,7 @@ pub enum Property {
     Isotropy,
     /// SIMD lanes give what the scalar gives.
     LanesAgree,
-    /// A lane outside of the domain, or NaN, leaves its neighbours alone.
+    /// A lane outside of the domain, or NaN, leaves its neighbors alone.
     LanesAreIndependent,
     /// `f32` gives what `f64` gives, to the rounding of `f32`.
     SingleAgrees,
@@ -89,7 +89,7 @@ impl Property {
             Self::Objectivity => "objective",
             Self::Isotropy => "isotropic",
             Self::LanesAgree => "lanes",
-            Self::LanesAreIndependent => "neighbour",
+            Self::LanesAreIndependent => "neighbor",
             Self::SingleAgrees => "f32",
             Self::RestIsStressFree => "rest",
             Self::InfiniteOutsideDomain => "domain",

@@ -33,7 +33,7 @@ enum Planted {
     FirstEntry,
 }
 
-/// A number in [0, 1] that has nothing in common with that of a neighbour: a tent folded 30 times.
+/// A number in [0, 1] that has nothing in common with that of a neighbor: a tent folded 30 times.
 fn jitter<T: Real, const D: usize>(F: &Mat<T, D>) -> T {
     let x = F.dot(&Mat::from_fn(|i, j| T::from_f64((2 + 3 * i + j) as f64)));
     let fold = |x: T| T::one() - (T::one() - x - x).abs();

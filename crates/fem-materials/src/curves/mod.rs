@@ -1,6 +1,6 @@
-//! How strongly a muscle fibre pulls at a given stretch.
+//! How strongly a muscle fiber pulls at a given stretch.
 //!
-//! Curves are pure numbers: multiply by σ_max. Their argument is the normalised stretch
+//! Curves are pure numbers: multiply by σ_max. Their argument is the normalized stretch
 //! l = λ/λ_ofl, 1 at the length where the active force peaks.
 
 mod blemker;
@@ -28,7 +28,7 @@ pub struct CurvePoint<T> {
 }
 
 impl<T: Real> CurvePoint<T> {
-    /// A slack fibre.
+    /// A slack fiber.
     #[inline(always)]
     fn zero() -> Self {
         Self {
@@ -39,9 +39,9 @@ impl<T: Real> CurvePoint<T> {
     }
 }
 
-/// The active and the passive tension of a fibre as functions of the normalised stretch l.
+/// The active and the passive tension of a fiber as functions of the normalized stretch l.
 ///
-/// Implementations don't branch on values, so that eight fibres side by side cost little more
+/// Implementations don't branch on values, so that eight fibers side by side cost little more
 /// than one; a curve that is not a formula is a [`SplineCurve`].
 pub trait TensionCurve: Send + Sync {
     /// Active tension f_a, to be multiplied by the activation: 1 at l = 1.

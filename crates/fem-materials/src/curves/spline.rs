@@ -51,7 +51,7 @@ pub enum CurveError {
         /// The stretch of the row before.
         previous: f64,
     },
-    /// The normalised stretch 1 lies outside the table.
+    /// The normalized stretch 1 lies outside the table.
     #[error(
         "a tension curve covers stretches {first} to {last} but must include 1, the optimal length"
     )]
@@ -108,7 +108,7 @@ pub struct Spline {
 }
 
 impl Spline {
-    /// The spline through `values[i]` at normalised stretch `stretches[i]`.
+    /// The spline through `values[i]` at normalized stretch `stretches[i]`.
     ///
     /// # Errors
     /// If the table has fewer than two rows, columns of different length, a number that is not
@@ -224,7 +224,7 @@ impl Spline {
     }
 }
 
-/// Slopes at the knots: the weighted harmonic mean of the neighbouring secants, 0 at extrema.
+/// Slopes at the knots: the weighted harmonic mean of the neighboring secants, 0 at extrema.
 fn monotone_slopes(x: &[f64], y: &[f64], ends: Ends) -> Vec<f64> {
     let n = x.len();
     let h: Vec<f64> = (0..n - 1).map(|i| x[i + 1] - x[i]).collect();

@@ -1,4 +1,4 @@
-//! What both passive curves do at their ends: nothing where the fibre is slack, a straight line
+//! What both passive curves do at their ends: nothing where the fiber is slack, a straight line
 //! where it is stretched beyond λ*.
 
 use super::CurvePoint;
@@ -8,7 +8,7 @@ use fem_kinematics::Real;
 pub(super) struct Toe<T: Real> {
     /// l ≤ 1.
     pub slack: T::Mask,
-    /// The part of e that lies on the curve, 0 where the fibre is slack.
+    /// The part of e that lies on the curve, 0 where the fiber is slack.
     pub inside: T,
     /// The part of e beyond λ* − 1.
     beyond: T,

@@ -1,16 +1,16 @@
 //! The threshold on the singular values of document 000, section 5.5.
 
-use crate::filter::DefinitenessFilter;
 use crate::inversion::positive_threshold;
 use crate::material::{Evaluation, Material, Symmetry};
 use crate::registry::ParameterError;
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
 
 /// ψ, P and dP/dF at U max(F̂, threshold) Vᵀ instead of at F = U F̂ Vᵀ.
 ///
 /// **P is not the gradient of ψ** below the threshold: ψ is constant there while P stays as it
 /// is at the threshold and pushes back. Use it with a Newton loop on forces alone; for a line
-/// search on the energy take [`continued`](super::continued()). Works for fibres too, which are
+/// search on the energy take [`continued`](super::continued()). Works for fibers too, which are
 /// turned by V (document 000, 5.4).
 // ERRATUM: document 000 thresholds at 0, where J^(−2/3), F⁻¹ and ln J do not exist; PhysBAM uses
 // 0.25.
@@ -69,7 +69,7 @@ impl<const D: usize, M: Material<D>> Material<D> for Thresholded<M> {
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
         self.inner.filtered_derivative(&self.lifted(F), filter)
     }
@@ -78,7 +78,7 @@ impl<const D: usize, M: Material<D>> Material<D> for Thresholded<M> {
         self.inner.energy_and_stress(&self.lifted(F))
     }
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
         self.inner.evaluate(&self.lifted(F), filter)
     }
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! dP/dF of an isotropic model at a diagonal F̂: one D×D block and one 2×2 block for each pair.
 
-use crate::filter::DefinitenessFilter;
 use crate::tensor_terms::Terms;
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Svd, Tensor4, signed_svd};
 
 /// The pairs of axes, in the order of the blocks B₁₂, B₁₃, B₂₃; in 2D only the first.
@@ -73,7 +73,7 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     /// Negative eigenvalues of every block treated as `filter` says; the eigenvalues of the
     /// blocks are those of the whole tensor.
     #[inline(always)]
-    pub fn filtered(&self, filter: DefinitenessFilter) -> Self {
+    pub fn filtered(&self, filter: HessianProjection) -> Self {
         let mut out = Self {
             A: filter.matrix(&self.A),
             ..*self
@@ -147,7 +147,7 @@ const fn pairs<const D: usize>() -> usize {
 #[inline(always)]
 pub fn filtered<T: Real, const D: usize>(
     F: &Mat<T, D>,
-    filter: DefinitenessFilter,
+    filter: HessianProjection,
     derivative_at: impl FnOnce(&Mat<T, D>) -> Tensor4<T, D>,
 ) -> Tensor4<T, D> {
     let svd = signed_svd(F);

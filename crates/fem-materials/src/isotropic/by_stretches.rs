@@ -1,8 +1,8 @@
 //! Energies of the principal stretches.
 
 use super::blocks::{DiagonalBlocks, PAIRS};
-use crate::filter::DefinitenessFilter;
 use crate::material::{Evaluation, Material, Symmetry};
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Polar, Real, Svd, Tensor4, dot, signed_svd};
 
 /// ψ(σ), a symmetric function of the signed singular values σ₁ ≥ … ≥ |σ_D|.
@@ -102,11 +102,11 @@ pub struct ByStretches<M>(pub M);
 fn derivative<T: Real, const D: usize, M: StretchEnergy<D>>(
     model: &M,
     svd: &Svd<T, D>,
-    filter: DefinitenessFilter,
+    filter: HessianProjection,
 ) -> Tensor4<T, D> {
     let blocks = model.blocks(&svd.sigma);
     match filter {
-        DefinitenessFilter::None => blocks.rotated(svd),
+        HessianProjection::None => blocks.rotated(svd),
         _ => blocks.filtered(filter).rotated(svd),
     }
 }
@@ -130,13 +130,13 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
     }
     #[inline(always)]
     fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {
-        derivative(&self.0, &signed_svd(F), DefinitenessFilter::None)
+        derivative(&self.0, &signed_svd(F), HessianProjection::None)
     }
     #[inline(always)]
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
         derivative(&self.0, &signed_svd(F), filter)
     }
@@ -146,7 +146,7 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
         (self.0.energy_at(F, &svd), self.0.stress_at(F, &svd))
     }
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: DefinitenessFilter) -> Evaluation<T, D> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
         let svd = signed_svd(F);
         Evaluation {
             energy: self.0.energy_at(F, &svd),

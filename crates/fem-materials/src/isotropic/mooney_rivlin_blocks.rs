@@ -31,7 +31,7 @@ impl<T: Real> Shared<T> {
 }
 
 /// P̂ of the whole muscle at F̂ = diag(σ) (document 000, eq. 15):
-/// P = w₁₂ F̂ − w₂ F̂³ + (p − p_f) F̂⁻¹ + J_cc T F̂ f fᵀ, f = Vᵀ a₀ the fibre seen from there.
+/// P = w₁₂ F̂ − w₂ F̂³ + (p − p_f) F̂⁻¹ + J_cc T F̂ f fᵀ, f = Vᵀ a₀ the fiber seen from there.
 ///
 /// `coefficients` are A, B, K in Pa; `tension` is the document's T of section 4.3.3, which is
 /// F₂′(λ)/λ with the deviatoric λ.

@@ -1,14 +1,14 @@
-//! One family of muscle fibres with the same parameters everywhere (document 000, 4.2).
+//! One family of muscle fibers with the same parameters everywhere (document 000, 4.2).
 
 use crate::curves::{Blemker, PhysBam};
 use crate::curves::{BuiltinCurve, TensionCurve};
 use crate::fiber::{FiberLaw, FiberTerm, Stretch};
-use crate::filter::DefinitenessFilter;
+use fem_kinematics::HessianProjection;
 use crate::material::{Evaluation, Material};
 use crate::registry::{Entry, ModelVisitor, Parameter, ParameterError, Parameters};
 use fem_kinematics::{Mat, Real, Tensor4};
 
-/// ψ = σ_max (α F_a(l) + F_p(l)), l = λ/λ_ofl: a muscle's fibres without the flesh around them.
+/// ψ = σ_max (α F_a(l) + F_p(l)), l = λ/λ_ofl: a muscle's fibers without the flesh around them.
 ///
 /// λ is |F a₀| or J^(−1/3) |F a₀| as `law.stretch` says. For muscles that differ from element to
 /// element use [`FiberTerm`] itself.
@@ -20,7 +20,7 @@ pub struct Fiber<C = BuiltinCurve> {
     pub term: FiberTerm<f64>,
 }
 
-/// The parameters of a fibre, in tables and scene files.
+/// The parameters of a fiber, in tables and scene files.
 pub(crate) const PARAMETERS: [Parameter; 8] = [
     Parameter::plain("curve", "physbam", "`physbam` or `blemker`"),
     Parameter::plain("P1", "0.05", "height of the passive curve"),
@@ -36,11 +36,11 @@ pub(crate) const PARAMETERS: [Parameter; 8] = [
     Parameter::plain(
         "a0",
         "0.6 0.0 0.8",
-        "fibre direction in the rest shape, of length 1",
+        "fiber direction in the rest shape, of length 1",
     ),
 ];
 
-/// Reads a fibre from its [`PARAMETERS`].
+/// Reads a fiber from its [`PARAMETERS`].
 pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, ParameterError> {
     let (P1, P2) = (p.non_negative("P1")?, p.positive("P2")?);
     let lambda_star = p.number_where("lambda_star", "1 or greater", |x| x >= 1.0)?;
@@ -77,15 +77,15 @@ pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, Para
 pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     visitor.visit::<_, 3>(&Entry {
         name: "fiber_dev",
-        about: "muscle fibres alone, deviatoric stretch (document 000, 4.2)",
+        about: "muscle fibers alone, deviatoric stretch (document 000, 4.2)",
         parameters: &PARAMETERS,
-        from_parameters: |p| fiber_from(p, Stretch::Deviatoric),
+        from_parameters: |p| fiber_from(p, Stretch::Isochoric),
     });
     visitor.visit::<_, 3>(&Entry {
         name: "fiber_tilde",
-        about: "muscle fibres alone, plain stretch (what PhysBAM runs)",
+        about: "muscle fibers alone, plain stretch (what PhysBAM runs)",
         parameters: &PARAMETERS,
-        from_parameters: |p| fiber_from(p, Stretch::Plain),
+        from_parameters: |p| fiber_from(p, Stretch::Total),
     });
 }
 
@@ -122,7 +122,7 @@ impl<C: TensionCurve + Copy> Material<3> for Fiber<C> {
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, 3> {
         self.splat::<T>().filtered_derivative(&self.law, F, filter)
     }
@@ -131,7 +131,7 @@ impl<C: TensionCurve + Copy> Material<3> for Fiber<C> {
         self.splat::<T>().energy_and_stress(&self.law, F)
     }
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, 3>, filter: DefinitenessFilter) -> Evaluation<T, 3> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, 3>, filter: HessianProjection) -> Evaluation<T, 3> {
         self.splat::<T>().evaluate(&self.law, F, filter)
     }
     #[inline(always)]

@@ -1,6 +1,6 @@
-//! The artery wall of Holzapfel, Gasser and Ogden (2000): two families of stiffening fibres.
+//! The artery wall of Holzapfel, Gasser and Ogden (2000): two families of stiffening fibers.
 
-use crate::filter::DefinitenessFilter;
+use fem_kinematics::HessianProjection;
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
 use crate::material::Material;
 use crate::registry::{Entry, ModelVisitor, Parameter};
@@ -8,7 +8,7 @@ use fem_kinematics::{Mat, Real, Tensor4, dot};
 
 /// ψ = c/2 (J^(−2/3) tr C − 3) + K/2 (ln J)² + Σ k₁/(2k₂) (exp(k₂ e²) − 1), e = max(|F a|² − 1, 0).
 ///
-/// The fibres pull only when stretched. They feel |F a| itself, not its deviatoric part: with the
+/// The fibers pull only when stretched. They feel |F a| itself, not its deviatoric part: with the
 /// latter a pressure would change the shape of an anisotropic solid (Nolan, Gower, Destrade,
 /// Ogden and McGarry 2014). Finite only for J > 0; the stiffness jumps at |F a| = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct HolzapfelGasserOgden {
     pub c: f64,
     /// Bulk modulus K, Pa.
     pub K: f64,
-    /// Stiffness of the fibres k₁, Pa.
+    /// Stiffness of the fibers k₁, Pa.
     pub k1: f64,
     /// Growth of their stiffness k₂ > 0, without unit.
     pub k2: f64,
@@ -42,8 +42,8 @@ impl FirstInvariantEnergy for Ground {
 const PARAMETERS: [Parameter; 6] = [
     Parameter::pascals("c", "3e3", "shear modulus of the ground substance"),
     Parameter::pascals("K", "1e5", "bulk modulus"),
-    Parameter::pascals("k1", "2.4e3", "stiffness of the fibres"),
-    Parameter::plain("k2", "0.84", "growth of the fibres' stiffness"),
+    Parameter::pascals("k1", "2.4e3", "stiffness of the fibers"),
+    Parameter::plain("k2", "0.84", "growth of the fibers' stiffness"),
     Parameter::plain(
         "a1",
         "0.8 0.6 0",
@@ -59,7 +59,7 @@ const PARAMETERS: [Parameter; 6] = [
 pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     visitor.visit::<_, 3>(&Entry {
         name: "hgo",
-        about: "arteries and skin: two families of fibres that stiffen",
+        about: "arteries and skin: two families of fibers that stiffen",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(HolzapfelGasserOgden {
@@ -167,12 +167,12 @@ impl Material<3> for HolzapfelGasserOgden {
     fn stress_derivative<T: Real>(&self, F: &Mat<T, 3>) -> Tensor4<T, 3> {
         self.add_fibers(self.ground().stress_derivative(F), F)
     }
-    /// The fibres are never indefinite, so only the ground substance is filtered.
+    /// The fibers are never indefinite, so only the ground substance is filtered.
     #[inline(always)]
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, 3>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, 3> {
         self.add_fibers(self.ground().filtered_derivative(F, filter), F)
     }

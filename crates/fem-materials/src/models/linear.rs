@@ -33,7 +33,7 @@ pub(crate) const LAME: [Parameter; 2] = [
 pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     let entry = Entry {
         name: "linear",
-        about: "small displacements; one factorisation solves every load",
+        about: "small displacements; one factorization solves every load",
         parameters: &LAME,
         from_parameters: |p| {
             Ok(Linear {

@@ -9,7 +9,7 @@ use crate::sum::Sum;
 /// Passive flesh: A I₁ + B I₂ + K/2 (ln J)².
 pub type Flesh = Sum<MooneyRivlin, VolumetricLog>;
 
-/// Passive flesh with one family of fibres: W = A I₁ + B I₂ + U(J) + F₂(λ, α) (eq. 10).
+/// Passive flesh with one family of fibers: W = A I₁ + B I₂ + U(J) + F₂(λ, α) (eq. 10).
 pub type Muscle<C = crate::curves::BuiltinCurve> = Sum<Flesh, Fiber<C>>;
 
 impl Flesh {
@@ -41,14 +41,14 @@ fn muscle_from(p: &Parameters, stretch: Stretch) -> Result<Muscle, ParameterErro
 pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     visitor.visit::<_, 3>(&Entry {
         name: "muscle_dev",
-        about: "muscle of document 000, deviatoric fibre stretch",
+        about: "muscle of document 000, deviatoric fiber stretch",
         parameters: &PARAMETERS,
-        from_parameters: |p| muscle_from(p, Stretch::Deviatoric),
+        from_parameters: |p| muscle_from(p, Stretch::Isochoric),
     });
     visitor.visit::<_, 3>(&Entry {
         name: "muscle_tilde",
-        about: "muscle of document 000 as PhysBAM runs it, plain fibre stretch",
+        about: "muscle of document 000 as PhysBAM runs it, plain fiber stretch",
         parameters: &PARAMETERS,
-        from_parameters: |p| muscle_from(p, Stretch::Plain),
+        from_parameters: |p| muscle_from(p, Stretch::Total),
     });
 }

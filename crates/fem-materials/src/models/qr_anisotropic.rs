@@ -1,6 +1,6 @@
 //! The anisotropic energy of document 001, section 3, whole and damaged.
 
-use crate::filter::DefinitenessFilter;
+use fem_kinematics::HessianProjection;
 use crate::material::Material;
 use crate::qr::QrTerm;
 use crate::registry::{Entry, ModelVisitor, Parameter};
@@ -9,8 +9,8 @@ use fem_kinematics::{Mat, Real, Tensor4};
 /// ψ = μ/2 (Σ rᵢⱼ² − D) − μ (J − 1) + λ/2 (J − 1)² + k_x/2 (r₁₁ − 1)²
 /// + k_y/2 (√(r₁₂² + r₂₂²) − 1)² with F = Q R, the last term in 3D only.
 ///
-/// Fibres along the first two axes of the rest shape that resist both ways. Defined for every F;
-/// the stress is bounded but jumps where a fibre has length 0 (F e = 0).
+/// Fibers along the first two axes of the rest shape that resist both ways. Defined for every F;
+/// the stress is bounded but jumps where a fiber has length 0 (F e = 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QrAnisotropic {
     /// μ, Pa.
@@ -27,7 +27,7 @@ pub struct QrAnisotropic {
 /// [`QrAnisotropic`] with damage: ψ = g ψ⁺ + ψ⁻ + ψ_f, g = (1 − r)(1 − d)² + r (document 001,
 /// section 3.6).
 ///
-/// The μ terms are always degraded, the λ term where J ≥ 1, the fibres never. ψ and P are
+/// The μ terms are always degraded, the λ term where J ≥ 1, the fibers never. ψ and P are
 /// continuous at J = 1; dP/dF jumps there by (1 − g) λ cof F ⊗ cof F.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QrDamage {
@@ -42,11 +42,11 @@ pub struct QrDamage {
 const PARAMETERS: [Parameter; 6] = [
     Parameter::pascals("mu", "1e4", "μ of the model"),
     Parameter::pascals("lambda", "4e4", "λ of the model: Lamé's plus μ"),
-    Parameter::pascals("kx", "5e4", "fibre stiffness along x"),
+    Parameter::pascals("kx", "5e4", "fiber stiffness along x"),
     Parameter::pascals(
         "ky",
         "2e4",
-        "fibre stiffness along y; 3D only, 0 if not given",
+        "fiber stiffness along y; 3D only, 0 if not given",
     ),
     Parameter::plain("d", "0.4", "damage, 0 to 1"),
     Parameter::plain(
@@ -71,7 +71,7 @@ fn whole_from(
 pub(crate) fn register(visitor: &mut impl ModelVisitor) {
     let whole = Entry {
         name: "qr_aniso",
-        about: "woven or fibrous matter with fibres along the axes of the rest shape",
+        about: "woven or fibrous matter with fibers along the axes of the rest shape",
         parameters: WHOLE,
         from_parameters: whole_from,
     };
@@ -150,7 +150,7 @@ macro_rules! material_by_term {
             fn filtered_derivative<T: Real>(
                 &$self,
                 $F: &Mat<T, D>,
-                filter: DefinitenessFilter,
+                filter: HessianProjection,
             ) -> Tensor4<T, D> {
                 $term.filtered_derivative($F, filter)
             }

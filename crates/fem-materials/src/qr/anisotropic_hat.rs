@@ -109,7 +109,7 @@ impl<const D: usize> QrEnergy<D> for QrAnisotropic {
     }
 
     /// u r₁₂ r₃₃, u (r₁₃ r₂₂ − r₁₂ r₂₃), u r₁₁ r₂₃ with u = μ − λ (J − 1) (document 001, 3.5): no
-    /// division is left, the fibres cancel.
+    /// division is left, the fibers cancel.
     #[inline(always)]
     fn lower_entries<T: Real>(&self, R: &Mat<T, D>, _gradient: &Mat<T, D>) -> [T; 3] {
         let t = self.term::<T>();

@@ -4,10 +4,10 @@
 //! its derivatives are closed forms in F, its cofactor and two columns. They hold for every F and
 //! keep the digits that Q A R⁻ᵀ loses as r₁₁ or r₂₂ → 0.
 
-use crate::filter::DefinitenessFilter;
 use crate::isotropic;
 use crate::near_rest::RestMeasures;
 use crate::tensor_terms::Terms;
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4, dot};
 
 /// The coefficients of the energy in one element or particle; with lanes, one per lane.
@@ -20,13 +20,13 @@ pub struct QrTerm<T> {
     pub mu: T,
     /// λ, Pa; at rest Lamé's λ is this minus μ.
     pub lambda: T,
-    /// Stiffness of the fibres along the first axis of the rest shape, Pa.
+    /// Stiffness of the fibers along the first axis of the rest shape, Pa.
     pub kx: T,
-    /// Stiffness of the fibres along the second axis, Pa; not used in 2D.
+    /// Stiffness of the fibers along the second axis, Pa; not used in 2D.
     pub ky: T,
 }
 
-/// A family of fibres at one F.
+/// A family of fibers at one F.
 struct Strand<T, const D: usize> {
     /// Its axis in the rest shape.
     axis: usize,
@@ -42,7 +42,7 @@ struct Strand<T, const D: usize> {
 
 impl<T: Real> QrTerm<T> {
     /// ψ of an element with damage d (document 001, section 3.6): `g` = (1 − r)(1 − d)² + r
-    /// scales the μ terms always, the λ term only in tension (J ≥ 1) and the fibres never.
+    /// scales the μ terms always, the λ term only in tension (J ≥ 1) and the fibers never.
     #[inline(always)]
     pub fn degraded<const D: usize>(&self, g: T, F: &Mat<T, D>) -> Self {
         let tension = T::zero().le(RestMeasures::new(F).J_minus_1);
@@ -110,18 +110,18 @@ impl<T: Real> QrTerm<T> {
             .outer(self.lambda, &cof, &cof)
             .cofactor(self.lambda * rest.J_minus_1 - self.mu, F)
             .0;
-        self.add_fibers(isotropic, F, &rest, DefinitenessFilter::None)
+        self.add_fibers(isotropic, F, &rest, HessianProjection::None)
     }
 
     /// ∂P/∂F with its negative eigenvalues filtered: the isotropic part in the frame of the
-    /// singular vectors, each fibre through its eigenvalues k (once) and k (1 − 1/s).
+    /// singular vectors, each fiber through its eigenvalues k (once) and k (1 − 1/s).
     #[inline(always)]
     pub fn filtered_derivative<const D: usize>(
         &self,
         F: &Mat<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
-        if filter == DefinitenessFilter::None {
+        if filter == HessianProjection::None {
             return self.stress_derivative(F);
         }
         let rest = RestMeasures::new(F);
@@ -165,7 +165,7 @@ impl<T: Real> QrTerm<T> {
         mut derivative: Tensor4<T, D>,
         F: &Mat<T, D>,
         rest: &RestMeasures<T, D>,
-        filter: DefinitenessFilter,
+        filter: HessianProjection,
     ) -> Tensor4<T, D> {
         for strand in self.strands(F, rest) {
             let across = filter.eigenvalue(strand.k * strand.extension * strand.inverse_length);

@@ -56,7 +56,7 @@ fn slopes_and_integrals_belong_together() {
     consistent(&fem_materials::curves::BuiltinCurve::default());
 }
 
-/// The largest jump of the slope between neighbours a hair apart.
+/// The largest jump of the slope between neighbors a hair apart.
 fn slope_jump(curve: impl Fn(f64) -> CurvePoint<f64>) -> f64 {
     [0.4, 0.6, 1.0, 1.4, 1.6]
         .map(|l| (curve(l + 1e-12).slope - curve(l - 1e-12).slope).abs())
@@ -158,7 +158,7 @@ fn not_a_number_stays_one() {
 }
 
 #[test]
-fn a_fibre_of_length_0_is_finite() {
+fn a_fiber_of_length_0_is_finite() {
     let term = FiberTerm {
         direction: [1.0_f64, 0.0, 0.0],
         peak: 3e5,
@@ -167,7 +167,7 @@ fn a_fibre_of_length_0_is_finite() {
     };
     let law = FiberLaw {
         curve: PhysBam::default(),
-        stretch: Stretch::Plain,
+        stretch: Stretch::Total,
     };
     for F in [Mat::<f64, 3>::zeros(), Mat::from_diagonal([0.0, 1.0, 1.0])] {
         assert!(term.energy(&law, &F).is_finite());
@@ -181,7 +181,7 @@ fn a_fibre_of_length_0_is_finite() {
     }
     let law = FiberLaw {
         curve: table(),
-        stretch: Stretch::Plain,
+        stretch: Stretch::Total,
     };
     assert!(
         term.stress(&law, &Mat::<f64, 3>::zeros())
@@ -193,7 +193,7 @@ fn a_fibre_of_length_0_is_finite() {
 #[test]
 fn stress_is_affine_in_the_activation() {
     let F = Mat([[1.15, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]);
-    for stretch in [Stretch::Plain, Stretch::Deviatoric] {
+    for stretch in [Stretch::Total, Stretch::Isochoric] {
         let law = FiberLaw {
             curve: Blemker::default(),
             stretch,
@@ -215,7 +215,7 @@ fn eight_different_muscles_side_by_side() {
     let F = Mat([[1.15, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]);
     let law = FiberLaw {
         curve: PhysBam::default(),
-        stretch: Stretch::Deviatoric,
+        stretch: Stretch::Isochoric,
     };
     let activation: [f64; 8] = core::array::from_fn(|i| i as f64 / 7.0);
     let splat = <F64x8 as fem_kinematics::Real>::from_f64;

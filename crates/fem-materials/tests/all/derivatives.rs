@@ -2,7 +2,7 @@
 use crate::numbers::{Numbers, dual, norm};
 use fem_kinematics::{F64x8, Mat};
 use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
-use fem_materials::{DefinitenessFilter, Material, Outlined};
+use fem_materials::{HessianProjection, Material, Outlined};
 
 struct Check;
 
@@ -54,7 +54,7 @@ impl ModelVisitor for Check {
                 "{name}"
             );
             assert!(norm(&(stress - P)) <= 1e-13 * (norm(&P) + scale), "{name}");
-            for filter in [DefinitenessFilter::Clamp, DefinitenessFilter::Absolute] {
+            for filter in [HessianProjection::Clamp, HessianProjection::Absolute] {
                 let all = model.evaluate(&F, filter);
                 let work = dF.dot(&all.derivative.apply(&dF));
                 assert!(

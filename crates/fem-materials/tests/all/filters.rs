@@ -6,7 +6,7 @@ use fem_materials::curves::{Blemker, PhysBam};
 use fem_materials::isotropic::ByStretches;
 use fem_materials::*;
 
-const FILTERS: [DefinitenessFilter; 2] = [DefinitenessFilter::Clamp, DefinitenessFilter::Absolute];
+const FILTERS: [HessianProjection; 2] = [HessianProjection::Clamp, HessianProjection::Absolute];
 
 /// Is the closed form the numeric one? Returns how many samples were indefinite.
 fn compare<const D: usize, M: Material<D>>(model: M, size: f64) -> usize {
@@ -45,11 +45,11 @@ fn isotropic_blocks_filter_as_the_whole_tensor_does() {
 }
 
 #[test]
-fn the_plain_fibre_has_the_eigenvalues_of_the_errata() {
+fn the_plain_fiber_has_the_eigenvalues_of_the_errata() {
     let fiber = |activation| Fiber {
         law: FiberLaw {
             curve: PhysBam::default(),
-            stretch: Stretch::Plain,
+            stretch: Stretch::Total,
         },
         term: FiberTerm {
             direction: [0.6, 0.0, 0.8],
@@ -66,8 +66,8 @@ fn the_plain_fibre_has_the_eigenvalues_of_the_errata() {
 }
 
 #[test]
-fn qr_fibres_have_the_eigenvalues_k_and_k_times_one_minus_inverse_s() {
-    // without the isotropic part, whose sum with the fibres has other eigenvalues
+fn qr_fibers_have_the_eigenvalues_k_and_k_times_one_minus_inverse_s() {
+    // without the isotropic part, whose sum with the fibers has other eigenvalues
     let fibers = QrAnisotropic {
         mu: 0.0,
         lambda: 0.0,
@@ -86,7 +86,7 @@ fn mixed_models_are_definite_after_filtering() {
         Fiber {
             law: FiberLaw {
                 curve: Blemker::default(),
-                stretch: Stretch::Deviatoric,
+                stretch: Stretch::Isochoric,
             },
             term: FiberTerm {
                 direction: [0.0, 0.6, 0.8],
@@ -106,10 +106,10 @@ fn mixed_models_are_definite_after_filtering() {
     for _ in 0..8 {
         let F = Mat::identity() + numbers.matrix::<3>().scale(0.5);
         assert!(definite(
-            Outlined(woven).filtered_derivative(&F, DefinitenessFilter::Clamp)
+            Outlined(woven).filtered_derivative(&F, HessianProjection::Clamp)
         ));
         if F.determinant() > 0.0 {
-            let derivative = Outlined(muscle).filtered_derivative(&F, DefinitenessFilter::Clamp);
+            let derivative = Outlined(muscle).filtered_derivative(&F, HessianProjection::Clamp);
             assert!(definite(derivative));
         }
     }
@@ -119,6 +119,6 @@ fn mixed_models_are_definite_after_filtering() {
 fn no_filter_is_the_derivative_itself() {
     let model = Outlined(Flesh::new(6e4, 2e4, 6e4));
     let F = Mat([[1.15, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]);
-    let same = model.filtered_derivative(&F, DefinitenessFilter::None);
+    let same = model.filtered_derivative(&F, HessianProjection::None);
     assert_eq!(tensor_error(&same, &model.stress_derivative(&F)), 0.0);
 }

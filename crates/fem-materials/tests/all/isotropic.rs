@@ -41,11 +41,11 @@ fn combined_stress_of_eq_15_is_the_sum_of_its_parts() {
     };
     let law = FiberLaw {
         curve: BuiltinCurve::default(),
-        stretch: Stretch::Deviatoric,
+        stretch: Stretch::Isochoric,
     };
     let direct = Outlined(Flesh::new(A, B, K)).stress(&F) + term.stress(&law, &F);
-    // T of document 000, 4.3.3 is F2'(λ)/λ; the fibre is turned by Vᵀ.
-    let lambda = term.normalised_stretch(&law, &F);
+    // T of document 000, 4.3.3 is F2'(λ)/λ; the fiber is turned by Vᵀ.
+    let lambda = term.normalized_stretch(&law, &F);
     let point = |c: fem_materials::curves::CurvePoint<f64>| c.value;
     use fem_materials::curves::TensionCurve;
     let pull = 3e5 * (0.7 * point(law.curve.active(lambda)) + point(law.curve.passive(lambda)));
@@ -57,7 +57,7 @@ fn combined_stress_of_eq_15_is_the_sum_of_its_parts() {
 }
 
 #[test]
-fn plain_fibre_stress_by_the_rotated_direction_is_the_direct_one() {
+fn plain_fiber_stress_by_the_rotated_direction_is_the_direct_one() {
     let mut numbers = Numbers(6);
     let F = Mat::identity() + numbers.matrix::<3>().scale(0.4);
     let svd = signed_svd(&F);
@@ -73,7 +73,7 @@ fn plain_fibre_stress_by_the_rotated_direction_is_the_direct_one() {
     };
     let law = FiberLaw {
         curve: BuiltinCurve::default(),
-        stretch: Stretch::Plain,
+        stretch: Stretch::Total,
     };
     let P_hat = turned.stress(&law, &Mat::from_diagonal(svd.sigma));
     assert!(error(&svd.to_world(&P_hat), &term.stress(&law, &F)) < 1e-13);

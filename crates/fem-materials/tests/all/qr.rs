@@ -90,7 +90,7 @@ fn mu_and_lambda_minus_mu_are_lames_parameters() {
 }
 
 #[test]
-fn damage_splits_tension_compression_and_fibres() {
+fn damage_splits_tension_compression_and_fibers() {
     assert_eq!(degradation(0.0_f64, 0.01), 1.0);
     assert_eq!(degradation(1.0_f64, 0.01), 0.01);
     let broken = QrDamage {

@@ -4,7 +4,7 @@ use core::cell::Cell;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use fem_kinematics::{Mat, Real, signed_svd};
 use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
-use fem_materials::{DefinitenessFilter, Material};
+use fem_materials::{HessianProjection, Material};
 
 thread_local! {
     static ROOTS: Cell<usize> = const { Cell::new(0) };
@@ -117,7 +117,7 @@ impl ModelVisitor for Visitor {
             roots(|| material.stress(&F)),
             roots(|| material.stress_differential(&F, &F)),
             roots(|| material.stress_derivative(&F)),
-            roots(|| material.evaluate(&F, DefinitenessFilter::None)),
+            roots(|| material.evaluate(&F, HessianProjection::None)),
         ];
         for count in counts {
             let decomposed = DECOMPOSED.contains(&entry.name);

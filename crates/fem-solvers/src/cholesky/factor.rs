@@ -1,4 +1,4 @@
-//! The numeric factorisation.
+//! The numeric factorization.
 
 use super::dense::{FactorScalar, eliminate};
 use super::symbolic::{Orientation, Supernode, SymbolicCholesky};
@@ -132,7 +132,7 @@ struct Task<'a, const D: usize> {
 }
 
 impl<const D: usize> Task<'_, D> {
-    /// The update matrices of several subtrees, which are neighbours in storage.
+    /// The update matrices of several subtrees, which are neighbors in storage.
     fn children<T: FactorScalar>(
         &self,
         nodes: &[usize],

@@ -1,4 +1,4 @@
-//! Sparse Cholesky factorisation of symmetric positive definite block matrices.
+//! Sparse Cholesky factorization of symmetric positive definite block matrices.
 //!
 //! A node-block multifrontal method (Duff & Reid 1983, Liu 1992): the elimination tree of the block
 //! graph is cut into supernodes, each owns a dense front, and all arithmetic happens in dense kernels.

@@ -1,4 +1,4 @@
-//! What of a factorisation depends on the pattern alone.
+//! What of a factorization depends on the pattern alone.
 
 use super::amalgamation::{Panel, panels};
 use super::elimination_tree::{NO_PARENT, column_counts, parents, postorder};
@@ -151,7 +151,7 @@ impl<const D: usize> SymbolicCholesky<D> {
             .sum()
     }
 
-    /// Additions and multiplications of one factorisation.
+    /// Additions and multiplications of one factorization.
     pub fn flops(&self) -> f64 {
         self.flops
     }

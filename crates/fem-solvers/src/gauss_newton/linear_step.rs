@@ -4,7 +4,7 @@ use super::{Bounds, StepMethod};
 use crate::dense_qr::PivotedQr;
 use crate::vector::dot;
 
-/// The linear model at `θ`: minimise `½‖r + J d‖² + ½ Σ w_k (θ_k + d_k − p_k)² + ½ Σ damping_k d_k²`.
+/// The linear model at `θ`: minimize `½‖r + J d‖² + ½ Σ w_k (θ_k + d_k − p_k)² + ½ Σ damping_k d_k²`.
 pub(super) struct Model<'a> {
     pub m: usize,
     pub n: usize,
@@ -63,7 +63,7 @@ impl Model<'_> {
         -(slope + 0.5 * curvature)
     }
 
-    /// The minimiser over the box, by fixing parameters that would leave it and solving for the rest.
+    /// The minimizer over the box, by fixing parameters that would leave it and solving for the rest.
     ///
     /// A parameter that sits on a bound and is pushed outwards by the gradient does not move.
     pub fn step(

@@ -3,7 +3,7 @@
 use super::Loss;
 use thiserror::Error;
 
-/// A function `r(θ)` whose squared norm is to be minimised.
+/// A function `r(θ)` whose squared norm is to be minimized.
 pub trait LeastSquares {
     /// What can go wrong in an evaluation; passed through.
     type Error;
@@ -76,7 +76,7 @@ pub struct GaussNewtonParams {
     pub damping: Damping,
     /// Box bounds.
     pub bounds: Option<Bounds>,
-    /// Regularisation.
+    /// Regularization.
     pub prior: Option<Prior>,
     /// Robust loss of each group of residuals.
     pub loss: Loss,

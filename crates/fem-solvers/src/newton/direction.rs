@@ -2,8 +2,8 @@
 
 use super::shift::Shift;
 use super::{
-    Definiteness, DefinitenessPolicy, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
-    PreconditionerChoice,
+    HessianProjection, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
+    PreconditionerChoice, ProjectionPolicy,
 };
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyError, CholeskyFactor, SymbolicCholesky};
@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// Largest system for dense QR.
 const QR_LIMIT: usize = 3_000;
-/// Flops of a factorisation below which nothing else is tried.
+/// Flops of a factorization below which nothing else is tried.
 const CHEAP_FACTOR: f64 = 4e8;
 /// Flops of a dense front that take as long as moving one byte of a sparse product.
 const FLOPS_PER_BYTE: f64 = 4.0;
@@ -29,17 +29,17 @@ pub(super) struct Workspace<const D: usize> {
     /// The last single-precision factor, of an earlier step or an earlier solve.
     pub single: Option<CholeskyFactor<f32, D>>,
     pub matrix: BlockSymmetric<D>,
-    /// Set once conjugate gradients proved dearer than factorising.
+    /// Set once conjugate gradients proved dearer than factorizing.
     pub prefer_direct: bool,
     /// Share of the diagonal to start the next step with, under
-    /// [`DefinitenessPolicy::ExactThenShifted`]; forgotten between solves.
+    /// [`ProjectionPolicy::ExactThenShifted`]; forgotten between solves.
     pub shift: Shift,
 }
 
 /// A descent direction and what it took.
 pub(super) struct Direction {
     pub dx: Vec<f64>,
-    pub definiteness: Definiteness,
+    pub projection: HessianProjection,
     pub linear_iterations: usize,
     pub factorizations: usize,
     pub shift: f64,
@@ -76,30 +76,32 @@ impl<const D: usize> Workspace<D> {
         forcing: f64,
         params: &NewtonParams,
     ) -> Result<Direction, NewtonFailure> {
-        let stages: &[Definiteness] = match params.definiteness {
-            DefinitenessPolicy::ExactFirst => &[Definiteness::Exact, Definiteness::Projected],
-            DefinitenessPolicy::ExactThenAbsolute => &[Definiteness::Exact, Definiteness::Absolute],
-            DefinitenessPolicy::AlwaysProjected => &[Definiteness::Projected],
-            DefinitenessPolicy::ExactThenShifted => &[],
+        let stages: &[HessianProjection] = match params.projection {
+            ProjectionPolicy::ExactFirst => &[HessianProjection::None, HessianProjection::Clamp],
+            ProjectionPolicy::ExactThenAbsolute => {
+                &[HessianProjection::None, HessianProjection::Absolute]
+            }
+            ProjectionPolicy::AlwaysProjected => &[HessianProjection::Clamp],
+            ProjectionPolicy::ExactThenShifted => &[],
         };
         let mut result = Direction {
             dx: Vec::new(),
-            definiteness: Definiteness::Exact,
+            projection: HessianProjection::None,
             linear_iterations: 0,
             factorizations: 0,
             shift: 0.0,
         };
         let rhs: Vec<f64> = g.iter().map(|v| -v).collect();
-        for &definiteness in stages {
-            problem.hessian(x, definiteness, &mut self.matrix);
+        for &projection in stages {
+            problem.hessian(x, projection, &mut self.matrix);
             self.check_finite()?;
-            result.definiteness = definiteness;
+            result.projection = projection;
             if self.attempt(&rhs, forcing, params, &mut result)? {
                 return Ok(result);
             }
         }
         if stages.is_empty() {
-            problem.hessian(x, Definiteness::Exact, &mut self.matrix);
+            problem.hessian(x, HessianProjection::None, &mut self.matrix);
             self.check_finite()?;
             if self.shifted(&rhs, forcing, params, &mut result)? {
                 return Ok(result);
@@ -323,7 +325,7 @@ impl<const D: usize> Workspace<D> {
 /// Iterations on a fresh single-precision factor before double precision takes over.
 const FRESH_BUDGET: usize = 40;
 
-/// Iterations on an old factor that cost about a third of a new one: a factorisation does some
+/// Iterations on an old factor that cost about a third of a new one: a factorization does some
 /// 70 flops in the time in which a solve reads one entry of the factor.
 fn stale_budget<const D: usize>(symbolic: &SymbolicCholesky<D>) -> usize {
     ((symbolic.flops() / (70.0 * symbolic.fill().max(1) as f64) / 3.0) as usize).clamp(3, 12)

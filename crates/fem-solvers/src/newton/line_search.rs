@@ -60,7 +60,7 @@ pub(super) fn search<const D: usize>(
                         });
                     }
                 }
-                // Minimiser of the parabola through both energies, kept within [t/10, t/2].
+                // Minimizer of the parabola through both energies, kept within [t/10, t/2].
                 let parabola = -0.5 * slope * t * t / (change - slope * t);
                 if parabola.is_finite() {
                     parabola.clamp(0.1 * t, 0.5 * t)

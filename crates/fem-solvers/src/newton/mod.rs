@@ -7,9 +7,10 @@ mod problem;
 mod shift;
 mod solve;
 
+pub use fem_kinematics::HessianProjection;
 pub use params::{
-    DefinitenessPolicy, LineSearchParams, LinearSolver, NewtonError, NewtonFailure, NewtonInfo,
-    NewtonIteration, NewtonParams, PreconditionerChoice, StopReason,
+    LineSearchParams, LinearSolver, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
+    NewtonParams, PreconditionerChoice, ProjectionPolicy, StopReason,
 };
-pub use problem::{Definiteness, Merit, NonlinearProblem};
+pub use problem::{Merit, NonlinearProblem};
 pub use solve::Newton;

@@ -12,7 +12,7 @@ pub enum LinearSolver {
     Direct,
     /// Sparse Cholesky in `f32`, made exact by conjugate gradients in `f64`: half the time and memory.
     /// The factor is kept for later steps and solves as long as a few iterations on it suffice, so
-    /// that neighbouring frames of a sequence often need no factorisation at all.
+    /// that neighboring frames of a sequence often need no factorization at all.
     DirectSingle,
     /// Inexact Newton: conjugate gradients to the accuracy that the current step deserves
     /// (Eisenstat & Walker 1996, choice 2).
@@ -25,7 +25,7 @@ pub enum LinearSolver {
     /// Dense QR: the least-squares solution of `K dx = −g` (doc 000, section 5.1), of small systems only.
     QrLeastSquares,
     /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0) until
-    /// one step takes as many operations as a factorisation, from then on, for the life of the
+    /// one step takes as many operations as a factorization, from then on, for the life of the
     /// solver, [`DirectSingle`](Self::DirectSingle). The choice rests on counts, not on clocks.
     Auto,
 }
@@ -43,7 +43,7 @@ pub enum PreconditionerChoice {
 
 /// When to use a projected Hessian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DefinitenessPolicy {
+pub enum ProjectionPolicy {
     /// The exact one first; the projected one for a step whose matrix shows negative curvature.
     ExactFirst,
     /// The exact one first; with absolute eigenvalues for a step whose matrix shows negative curvature.
@@ -96,7 +96,7 @@ pub struct NewtonParams {
     /// How directions are computed.
     pub linear_solver: LinearSolver,
     /// Which Hessian is used.
-    pub definiteness: DefinitenessPolicy,
+    pub projection: ProjectionPolicy,
     /// Backtracking.
     pub line_search: LineSearchParams,
 }
@@ -110,7 +110,7 @@ impl Default for NewtonParams {
             step_tolerance: 0.0,
             max_iterations: 100,
             linear_solver: LinearSolver::Auto,
-            definiteness: DefinitenessPolicy::ExactFirst,
+            projection: ProjectionPolicy::ExactFirst,
             line_search: LineSearchParams::default(),
         }
     }
@@ -143,7 +143,7 @@ pub struct NewtonIteration {
     /// Conjugate gradient iterations; 0 for a direct solve.
     pub linear_iterations: usize,
     /// The Hessian that gave the direction.
-    pub definiteness: super::Definiteness,
+    pub projection: super::HessianProjection,
     /// Share of the Hessian's own diagonal that was added to it; 0 for none.
     pub shift: f64,
 }
@@ -159,7 +159,7 @@ pub struct NewtonInfo {
     pub gradient_norm: f64,
     /// The test that was met.
     pub stop: StopReason,
-    /// Numeric factorisations done.
+    /// Numeric factorizations done.
     pub factorizations: usize,
     /// Conjugate gradient iterations, all steps together.
     pub linear_iterations: usize,
@@ -209,7 +209,7 @@ pub enum NewtonFailure {
         "the problem's pattern differs from the one the solver was made for; make a new solver"
     )]
     PatternMismatch,
-    /// The factorisation failed even with a projected, shifted Hessian.
+    /// The factorization failed even with a projected, shifted Hessian.
     #[error("linear solve: {0}")]
     Cholesky(#[from] CholeskyError),
     /// Conjugate gradients failed.

@@ -1,18 +1,8 @@
 //! What Newton's method asks of a problem.
 
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
+use fem_kinematics::HessianProjection;
 use std::sync::Arc;
-
-/// Which Hessian to assemble.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Definiteness {
-    /// The second derivative as it is, possibly indefinite.
-    Exact,
-    /// Each element's part with its negative eigenvalues set to zero.
-    Projected,
-    /// Each element's part with its negative eigenvalues replaced by their absolute values.
-    Absolute,
-}
 
 /// What a step must lower to be accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +13,7 @@ pub enum Merit {
     ResidualNorm,
 }
 
-/// A smooth function of `D · blocks` unknowns to be minimised, or a residual to be brought to zero.
+/// A smooth function of `D · blocks` unknowns to be minimized, or a residual to be brought to zero.
 ///
 /// `x`, `g` and `dx` are node-major: entry `D·i + a` belongs to block `i`. Energies are in J,
 /// gradients in N, unknowns in m when the problem is mechanical; the solver assumes no unit.
@@ -41,7 +31,7 @@ pub trait NonlinearProblem<const D: usize> {
     fn gradient(&self, x: &[f64], g: &mut [f64]);
 
     /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten.
-    fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<D>);
+    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<D>);
 
     /// One point per block for a geometric ordering, in any unit and of any configuration.
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
@@ -69,12 +59,12 @@ pub trait NonlinearProblem<const D: usize> {
     fn gradient_and_hessian(
         &self,
         x: &[f64],
-        definiteness: Definiteness,
+        projection: HessianProjection,
         g: &mut [f64],
         out: &mut BlockSymmetric<D>,
     ) {
         self.gradient(x, g);
-        self.hessian(x, definiteness, out);
+        self.hessian(x, projection, out);
     }
 
     /// The largest `t` in `(0, 1]` for which `x + t dx` is safely inside the domain.

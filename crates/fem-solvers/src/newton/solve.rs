@@ -4,8 +4,8 @@ use super::direction::Workspace;
 use super::line_search::{Start, search};
 use super::shift::Shift;
 use super::{
-    Definiteness, Merit, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams,
-    NonlinearProblem, StopReason,
+    HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
+    NewtonParams, NonlinearProblem, StopReason,
 };
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyFactor, SymbolicCholesky};
@@ -41,7 +41,7 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Minimises from `x`; `x` becomes the solution.
+    /// Minimizes from `x`; `x` becomes the solution.
     ///
     /// # Errors
     /// See [`NewtonFailure`]; `x` then holds the last accepted state.
@@ -132,7 +132,7 @@ impl<const D: usize> Newton<D> {
             step: 0.0,
             t: 0.0,
             linear_iterations: 0,
-            definiteness: Definiteness::Exact,
+            projection: HessianProjection::None,
             shift: 0.0,
         };
         observer(&report);
@@ -163,7 +163,7 @@ impl<const D: usize> Newton<D> {
                 .direction(problem, x, &state.gradient, eta, params)?;
             state.info.factorizations += direction.factorizations;
             state.info.linear_iterations += direction.linear_iterations;
-            if direction.definiteness != Definiteness::Exact || direction.shift > 0.0 {
+            if direction.projection != HessianProjection::None || direction.shift > 0.0 {
                 state.info.projected_steps += 1;
             }
             let start = Start {
@@ -200,7 +200,7 @@ impl<const D: usize> Newton<D> {
                 step,
                 t: accepted.t,
                 linear_iterations: direction.linear_iterations,
-                definiteness: direction.definiteness,
+                projection: direction.projection,
                 shift: direction.shift,
             };
             observer(&report);
@@ -250,7 +250,7 @@ impl<const D: usize> Newton<D> {
         x: &[f64],
     ) -> Result<&CholeskyFactor<f64, D>, NewtonFailure> {
         self.check(problem, x)?;
-        problem.hessian(x, Definiteness::Exact, &mut self.workspace.matrix);
+        problem.hessian(x, HessianProjection::None, &mut self.workspace.matrix);
         Ok(self.workspace.factor()?)
     }
 

@@ -2,11 +2,11 @@
 
 use crate::block_matrix::BlockPattern;
 
-/// Neighbours of every vertex, without the vertex itself, ascending.
+/// Neighbors of every vertex, without the vertex itself, ascending.
 #[derive(Clone, Debug)]
 pub(crate) struct Graph {
     pub start: Vec<usize>,
-    pub neighbours: Vec<u32>,
+    pub neighbors: Vec<u32>,
 }
 
 impl Graph {
@@ -26,20 +26,20 @@ impl Graph {
             start[i + 1] += start[i];
         }
         let mut next = start.clone();
-        let mut neighbours = vec![0; start[n]];
-        // Row by row, each vertex meets its smaller neighbours in its own row before any larger one.
+        let mut neighbors = vec![0; start[n]];
+        // Row by row, each vertex meets its smaller neighbors in its own row before any larger one.
         for i in 0..n {
             for &j in pattern.row(i) {
                 let j = j as usize;
                 if j < i {
-                    neighbours[next[i]] = j as u32;
+                    neighbors[next[i]] = j as u32;
                     next[i] += 1;
-                    neighbours[next[j]] = i as u32;
+                    neighbors[next[j]] = i as u32;
                     next[j] += 1;
                 }
             }
         }
-        Self { start, neighbours }
+        Self { start, neighbors }
     }
 
     pub fn len(&self) -> usize {
@@ -47,7 +47,7 @@ impl Graph {
     }
 
     pub fn of(&self, v: usize) -> &[u32] {
-        &self.neighbours[self.start[v]..self.start[v + 1]]
+        &self.neighbors[self.start[v]..self.start[v + 1]]
     }
 
     /// The graph induced on `vertices` (ascending); vertex `k` of the result is `vertices[k]`.
@@ -56,21 +56,21 @@ impl Graph {
             local[v as usize] = k as u32;
         }
         let mut start = Vec::with_capacity(vertices.len() + 1);
-        let mut neighbours = Vec::new();
+        let mut neighbors = Vec::new();
         start.push(0);
         for &v in vertices {
-            neighbours.extend(
+            neighbors.extend(
                 self.of(v as usize)
                     .iter()
                     .map(|&w| local[w as usize])
                     .filter(|&w| w != u32::MAX),
             );
-            start.push(neighbours.len());
+            start.push(neighbors.len());
         }
         for &v in vertices {
             local[v as usize] = u32::MAX;
         }
-        Self { start, neighbours }
+        Self { start, neighbors }
     }
 
     /// Breadth-first distance from `root`; `u32::MAX` where it does not reach. The last vertex

@@ -2,8 +2,8 @@
 
 use super::Graph;
 
-/// Orders `leaf` so that each next vertex has the fewest neighbours left, counting those outside
-/// the leaf (which are eliminated later) as neighbours that stay.
+/// Orders `leaf` so that each next vertex has the fewest neighbors left, counting those outside
+/// the leaf (which are eliminated later) as neighbors that stay.
 pub(super) fn order_leaf(graph: &Graph, leaf: &[u32], local: &mut [u32], out: &mut [u32]) {
     let inner = leaf.len();
     for (k, &v) in leaf.iter().enumerate() {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// `L Lᵀ ≈ A + shift · diag(A)` with `L` on the pattern of the lower half of `A`.
 ///
-/// The factorisation need not exist for every positive definite matrix. When a pivot block is not
+/// The factorization need not exist for every positive definite matrix. When a pivot block is not
 /// positive definite, it starts over with a larger shift (Manteuffel 1980).
 #[derive(Clone, Debug)]
 pub struct BlockIc0<const D: usize> {

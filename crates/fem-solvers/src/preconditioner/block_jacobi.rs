@@ -21,7 +21,7 @@ pub enum PreconditionerError {
         /// Block row.
         block: usize,
     },
-    /// Even a diagonal shift as large as the diagonal did not make the factorisation exist.
+    /// Even a diagonal shift as large as the diagonal did not make the factorization exist.
     #[error(
         "incomplete Cholesky broke down at block row {block} for every shift up to {shift:e} of the diagonal"
     )]

@@ -1,4 +1,4 @@
-//! The sparse factorisation against dense solves.
+//! The sparse factorization against dense solves.
 
 use crate::common::{Lcg, grid_matrix, max_abs, random_matrix};
 use fem_solvers::{
@@ -148,7 +148,7 @@ fn an_indefinite_matrix_is_named_by_its_row_and_the_factor_recovers() {
     let mut bad = good.clone();
     let k = bad.pattern().diagonal(17);
     bad.values_mut()[k][1][1] = -50.0;
-    // The pivot that fails is the first in elimination order, of row 17 or of a later neighbour.
+    // The pivot that fails is the first in elimination order, of row 17 or of a later neighbor.
     assert!(matches!(
         factor.refactor(&bad),
         Err(CholeskyError::NotPositiveDefinite { .. })

@@ -1,15 +1,15 @@
-//! What comes after a solve: sensitivities, load steps, neighbouring frames.
+//! What comes after a solve: sensitivities, load steps, neighboring frames.
 
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, Definiteness, LinearSolver, Newton, NewtonParams,
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Newton, NewtonParams,
     NonlinearProblem,
 };
 use std::sync::Arc;
 
 #[test]
 fn the_factor_at_the_solution_gives_sensitivities() {
-    // x(c) minimises Rosenbrock + coupling; compare dx/dcoupling with a difference.
+    // x(c) minimizes Rosenbrock + coupling; compare dx/dcoupling with a difference.
     let solve = |c: f64| {
         let problem = Rosenbrock::new(5, c);
         let mut x: Vec<f64> = (0..10).map(|i| 0.9 + 0.01 * i as f64).collect();
@@ -68,7 +68,7 @@ impl NonlinearProblem<2> for Pulled<'_> {
         g[0] -= 0.5;
         g[9] -= 0.3;
     }
-    fn hessian(&self, x: &[f64], d: Definiteness, out: &mut BlockSymmetric<2>) {
+    fn hessian(&self, x: &[f64], d: HessianProjection, out: &mut BlockSymmetric<2>) {
         self.0.hessian(x, d, out);
     }
 }
@@ -126,7 +126,7 @@ fn load_steps_shrink_on_failure_and_grow_on_success() {
 }
 
 #[test]
-fn a_neighbouring_frame_is_solved_with_the_factor_of_the_last_one() {
+fn a_neighboring_frame_is_solved_with_the_factor_of_the_last_one() {
     let params = NewtonParams {
         linear_solver: LinearSolver::DirectSingle,
         gradient_tolerance: 1e-11,

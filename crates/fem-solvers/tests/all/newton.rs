@@ -2,8 +2,8 @@
 
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, Definiteness, DefinitenessPolicy, LinearSolver, Merit, Newton,
-    NewtonFailure, NewtonParams, NonlinearProblem, PreconditionerChoice, StopReason,
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Merit, Newton, NewtonFailure,
+    NewtonParams, NonlinearProblem, PreconditionerChoice, ProjectionPolicy, StopReason,
 };
 use std::sync::Arc;
 
@@ -70,8 +70,8 @@ fn an_indefinite_start_takes_projected_steps_and_then_none() {
         .unwrap();
     assert!(info.projected_steps >= 1);
     assert_eq!(seen.len(), info.iterations + 1);
-    assert_eq!(seen[1].definiteness, Definiteness::Projected);
-    assert_eq!(seen.last().unwrap().definiteness, Definiteness::Exact);
+    assert_eq!(seen[1].projection, HessianProjection::Clamp);
+    assert_eq!(seen.last().unwrap().projection, HessianProjection::None);
     assert!(seen.windows(2).all(|w| w[1].energy <= w[0].energy + 1e-12));
     assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-9), "{x:?}");
     // Quadratic at the end: the last step more than squares.
@@ -89,7 +89,7 @@ fn an_indefinite_start_takes_shifted_steps_and_then_none() {
     let mut seen = Vec::new();
     let params = NewtonParams {
         linear_solver: LinearSolver::Direct,
-        definiteness: DefinitenessPolicy::ExactThenShifted,
+        projection: ProjectionPolicy::ExactThenShifted,
         gradient_tolerance: 1e-11,
         relative_gradient_tolerance: 0.0,
         ..Default::default()
@@ -102,7 +102,7 @@ fn an_indefinite_start_takes_shifted_steps_and_then_none() {
         info.projected_steps,
         seen.iter().filter(|i| i.shift > 0.0).count()
     );
-    assert!(seen[1].shift > 0.0 && seen[1].definiteness == Definiteness::Exact);
+    assert!(seen[1].shift > 0.0 && seen[1].projection == HessianProjection::None);
     assert_eq!(seen.last().unwrap().shift, 0.0);
     assert!(seen.windows(2).all(|w| w[1].energy <= w[0].energy + 1e-12));
     assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-9), "{x:?}");
@@ -152,7 +152,7 @@ impl NonlinearProblem<2> for Offset {
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
         self.0.gradient(x, g);
     }
-    fn hessian(&self, x: &[f64], d: Definiteness, out: &mut BlockSymmetric<2>) {
+    fn hessian(&self, x: &[f64], d: HessianProjection, out: &mut BlockSymmetric<2>) {
         self.0.hessian(x, d, out);
     }
 }
@@ -205,7 +205,7 @@ impl NonlinearProblem<1> for Barrier {
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
         g[0] = -1.0 / x[0] + 1.0 / (2.0 - x[0]) - 50.0;
     }
-    fn hessian(&self, x: &[f64], _: Definiteness, out: &mut BlockSymmetric<1>) {
+    fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
         out.values_mut()[0] = [[x[0].powi(-2) + (2.0 - x[0]).powi(-2)]];
     }
     fn largest_step(&self, x: &[f64], dx: &[f64]) -> f64 {
@@ -277,7 +277,7 @@ impl NonlinearProblem<2> for Field {
         g[0] = x[0] + 0.1 * x[1].powi(3) - 1.0;
         g[1] = x[1] - 0.1 * x[0];
     }
-    fn hessian(&self, x: &[f64], _: Definiteness, out: &mut BlockSymmetric<2>) {
+    fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<2>) {
         let off = 0.5 * (0.3 * x[1] * x[1] - 0.1);
         out.values_mut()[0] = [[1.0, off], [off, 1.0]];
     }
@@ -373,7 +373,7 @@ impl NonlinearProblem<1> for Quartic {
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
         g[0] = x[0].powi(3) + x[0] - 1.0;
     }
-    fn hessian(&self, x: &[f64], _: Definiteness, out: &mut BlockSymmetric<1>) {
+    fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
         out.values_mut()[0] = [[3.0 * x[0] * x[0] + 1.0]];
     }
     fn gradient_scale(&self) -> Option<f64> {

@@ -1,6 +1,6 @@
-//! The problem that most tests of Newton's method minimise.
+//! The problem that most tests of Newton's method minimize.
 
-use fem_solvers::{BlockPattern, BlockSymmetric, Definiteness, NonlinearProblem};
+use fem_solvers::{BlockPattern, BlockSymmetric, HessianProjection, NonlinearProblem};
 use std::sync::Arc;
 
 /// `Σ_i (1 − x_{2i})² + 100 (x_{2i+1} − x_{2i}²)²`, coupled along the chain by `½ c (x_{2i+1} − x_{2i+2})²`.
@@ -49,14 +49,14 @@ impl NonlinearProblem<2> for Rosenbrock {
             g[2 * i] -= pull;
         }
     }
-    fn hessian(&self, x: &[f64], definiteness: Definiteness, out: &mut BlockSymmetric<2>) {
+    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<2>) {
         let pattern = self.pattern.clone();
         out.values_mut().fill([[0.0; 2]; 2]);
         for i in 0..self.blocks() {
             let (a, b) = (x[2 * i], x[2 * i + 1]);
             let full = 2.0 - 400.0 * (b - a * a) + 800.0 * a * a;
             // Without the indefinite part: the Gauss-Newton matrix of the two squares.
-            let h = if definiteness == Definiteness::Exact {
+            let h = if projection == HessianProjection::None {
                 full
             } else {
                 2.0 + 800.0 * a * a

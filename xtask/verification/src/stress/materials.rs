@@ -4,7 +4,7 @@ use super::{Outcome, Row};
 use fem_kinematics::Mat;
 use fem_materials::conformance::Random;
 use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
-use fem_materials::{DefinitenessFilter, Material, Outlined};
+use fem_materials::{HessianProjection, Material, Outlined};
 
 /// Every model in every dimension.
 pub(super) fn rows() -> Vec<Row> {
@@ -126,7 +126,7 @@ fn at<const D: usize>(name: &str, material: &impl Material<D>, F: &Mat<f64, D>) 
     if !P.norm_squared().is_finite() {
         return Outcome::Fail("finite energy, stress not finite".to_owned());
     }
-    let tensor = material.filtered_derivative(F, DefinitenessFilter::Clamp);
+    let tensor = material.filtered_derivative(F, HessianProjection::Clamp);
     let mut random = Random::new(11);
     for _ in 0..4 {
         let dF = random.matrix::<D>();

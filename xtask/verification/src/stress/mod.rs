@@ -3,7 +3,7 @@
 mod materials;
 mod solves;
 
-use crate::ledger::Style;
+use crate::report::Style;
 
 /// How something ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -56,7 +56,7 @@ fn twist<M: Material<3> + 'static>(
     top: f64,
 ) -> Result<Outcome, SceneError> {
     let bar = twist_bar(2, 4, degrees, top)?;
-    let dofs = Dofs::with_fixed_nodes(bar.mesh.nodes(), &bar.held)?;
+    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
     solve(&bar.mesh, dofs, material, bar.start)
 }
 
@@ -115,7 +115,7 @@ fn recover<M: Material<3> + 'static>(
     for &node in &clamped {
         from[node] = rest[node];
     }
-    let dofs = Dofs::with_fixed_nodes(rest, &clamped)?;
+    let dofs = Dofs::with_prescribed_nodes(rest, &clamped)?;
     let assembly = AssemblyBuilder::new(&mesh, dofs)?
         .material(material)?
         .build()?;
@@ -162,12 +162,17 @@ fn slivers<M: Material<3> + 'static>(material: M) -> Result<Outcome, SceneError>
         .filter(|&n| rest[n][2] == 0.0 || rest[n][2] == top)
         .collect();
     let start = rest.iter().map(|p| [p[0], p[1], 1.1 * p[2]]).collect();
-    solve(&mesh, Dofs::with_fixed_nodes(rest, &held)?, material, start)
+    solve(
+        &mesh,
+        Dofs::with_prescribed_nodes(rest, &held)?,
+        material,
+        start,
+    )
 }
 
 fn nan_start<M: Material<3> + 'static>(material: M) -> Result<Outcome, SceneError> {
     let bar = twist_bar(2, 4, 0.0, 4.4)?;
-    let dofs = Dofs::with_fixed_nodes(bar.mesh.nodes(), &bar.held)?;
+    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
     let mut start = bar.start;
     start[40][1] = f64::NAN;
     solve(&bar.mesh, dofs, material, start)

@@ -2,8 +2,8 @@
 
 use super::VerifyError;
 use super::runtime::{RuntimeMaterial, with_material};
-use crate::ledger::Ledger;
 use crate::numbers::{Number, Numbers, distance, entries, norm};
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_kinematics::{Mat, RestShape, Tensor4, deformation_gradient, shape_matrix};
 use serde::Deserialize;
@@ -45,7 +45,7 @@ struct Model {
 ///
 /// # Errors
 /// If the table can't be read.
-pub fn check<const D: usize>(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyError> {
+pub fn check<const D: usize>(folder: &Path, report: &mut Report) -> Result<(), VerifyError> {
     let table: Table = read_json(&folder.join(format!("elements_{D}d.json")))?;
     for case in &table.cases {
         let (X, x) = (case.X.vectors::<D>(), case.x.vectors::<D>());
@@ -56,7 +56,7 @@ pub fn check<const D: usize>(folder: &Path, ledger: &mut Ledger) -> Result<(), V
         let group = format!("elements {D}D");
         let mut record = |quantity: &str, got: &[f64], exact: &[f64], change: f64| {
             let c = distance(got, exact) / (EPSILON * norm(exact) + change);
-            ledger.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
+            report.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
         };
         // D_m⁻¹ is known to ε cond(D_m), what one rounding of the rest positions does to it.
         let relative = EPSILON * condition;
@@ -84,7 +84,7 @@ pub fn check<const D: usize>(folder: &Path, ledger: &mut Ledger) -> Result<(), V
                 let P = Mat::from_fn(|i, j| material.stress(&entries(&F))[D * i + j]);
                 let mut record = |quantity: &str, got: &[f64], exact: &[f64], change: f64| {
                     let c = distance(got, exact) / (EPSILON * norm(exact) + change);
-                    ledger.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
+                    report.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
                 };
                 // What a rounding of the rest and of the deformed positions moves: F by
                 // ε cond(D_m)|F|, thus the energy by f·x and the forces by K x times that.
@@ -105,7 +105,7 @@ pub fn check<const D: usize>(folder: &Path, ledger: &mut Ledger) -> Result<(), V
                 record("K", &K, &model.K.0, change);
             };
             if let Err(error) = with_material(&model.model, D, &model.params, check) {
-                ledger.broken(format!("elements_{D}d.json: {error}"));
+                report.broken(format!("elements_{D}d.json: {error}"));
             }
         }
     }

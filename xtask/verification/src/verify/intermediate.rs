@@ -1,10 +1,10 @@
 //! What stands in the tables between F and ψ: invariants, the derivatives of ψ by them, and the
-//! stretch of a fibre.
+//! stretch of a fiber.
 
 use super::VerifyError;
 use super::table::{Case, Table};
-use crate::ledger::Ledger;
 use crate::numbers::{Number, norm};
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_kinematics::{Invariants, Mat};
 use fem_materials::curves::PhysBam;
@@ -35,45 +35,45 @@ impl Set<'_> {
     }
 }
 
-/// The invariants and ψ_I, ψ_II, … of the models by invariants; l of the models with fibres.
+/// The invariants and ψ_I, ψ_II, … of the models by invariants; l of the models with fibers.
 ///
 /// # Errors
 /// If a table can't be read.
-pub fn check(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyError> {
+pub fn check(folder: &Path, report: &mut Report) -> Result<(), VerifyError> {
     let read = |name: &str| -> Result<Table, VerifyError> {
         Ok(read_json(&folder.join(format!("{name}_3d.json")))?)
     };
-    invariants(&read("inv_neo_hookean")?, ledger, |set| InvNeoHookean {
+    invariants(&read("inv_neo_hookean")?, report, |set| InvNeoHookean {
         mu: set.number("mu"),
         lambda: set.number("lambda"),
     });
-    invariants(&read("inv_stvk")?, ledger, |set| InvStVenantKirchhoff {
+    invariants(&read("inv_stvk")?, report, |set| InvStVenantKirchhoff {
         mu: set.number("mu"),
         lambda: set.number("lambda"),
     });
-    invariants(&read("inv_mooney_rivlin")?, ledger, |set| InvMooneyRivlin {
+    invariants(&read("inv_mooney_rivlin")?, report, |set| InvMooneyRivlin {
         mu01: set.number("mu01"),
         mu10: set.number("mu10"),
         v1: set.number("v1"),
     });
     for name in ["fiber_dev", "fiber_tilde", "muscle_dev", "muscle_tilde"] {
-        fibre_stretch(&read(name)?, ledger);
+        fiber_stretch(&read(name)?, report);
     }
     Ok(())
 }
 
-fn invariants<M: InvariantEnergy>(table: &Table, ledger: &mut Ledger, model: impl Fn(&Set) -> M) {
+fn invariants<M: InvariantEnergy>(table: &Table, report: &mut Report, model: impl Fn(&Set) -> M) {
     let group = format!("{} by invariants", table.model);
     for case in &table.cases {
         let (Some(exact), Some(first), Some(second)) =
             (&case.invariants, &case.psi_I, &case.psi_II)
         else {
-            ledger.broken(format!("{group}: case {} has no invariants", case.id));
+            report.broken(format!("{group}: case {} has no invariants", case.id));
             continue;
         };
         let mut record = |quantity: &str, error: f64, unit: f64| {
             let c = if error == 0.0 { 0.0 } else { error / unit };
-            ledger.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
+            report.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
         };
         let F: Mat<f64, 3> = case.F.matrix();
         let size = norm(&case.F.0);
@@ -121,12 +121,12 @@ fn invariants<M: InvariantEnergy>(table: &Table, ledger: &mut Ledger, model: imp
     }
 }
 
-fn fibre_stretch(table: &Table, ledger: &mut Ledger) {
+fn fiber_stretch(table: &Table, report: &mut Report) {
     let group = format!("{} stretch", table.model);
     let stretch = if table.model.ends_with("dev") {
-        Stretch::Deviatoric
+        Stretch::Isochoric
     } else {
-        Stretch::Plain
+        Stretch::Total
     };
     let law = FiberLaw {
         curve: PhysBam::default(),
@@ -135,7 +135,7 @@ fn fibre_stretch(table: &Table, ledger: &mut Ledger) {
     for case in &table.cases {
         let set = Set(table, case);
         let (direction, Some(Number(exact))) = (set.numbers("a0"), case.l) else {
-            ledger.broken(format!("{group}: case {} has no stretch", case.id));
+            report.broken(format!("{group}: case {} has no stretch", case.id));
             continue;
         };
         let term = FiberTerm {
@@ -145,19 +145,19 @@ fn fibre_stretch(table: &Table, ledger: &mut Ledger) {
             optimal_stretch: set.number("lambda_ofl"),
         };
         let F: Mat<f64, 3> = case.F.matrix();
-        let found = term.normalised_stretch(&law, &F);
+        let found = term.normalized_stretch(&law, &F);
         // |F a₀| moves by a rounding of F; J^(−1/3) by a third of what J does.
         let size = norm(&case.F.0);
         let volume =
-            size.powi(3) / (3.0 * case.J.0.abs()) * f64::from(stretch == Stretch::Deviatoric);
-        let fibre = size * exact
+            size.powi(3) / (3.0 * case.J.0.abs()) * f64::from(stretch == Stretch::Isochoric);
+        let fiber = size * exact
             / F.mul_vec(term.direction)
                 .iter()
                 .map(|v| v * v)
                 .sum::<f64>()
                 .sqrt();
-        let unit = EPSILON * (exact + fibre + volume * exact);
+        let unit = EPSILON * (exact + fiber + volume * exact);
         let error = (found - exact).abs() / unit;
-        ledger.record(&group, "l", &case.cat, &case.id.to_string(), error, C);
+        report.record(&group, "l", &case.cat, &case.id.to_string(), error, C);
     }
 }

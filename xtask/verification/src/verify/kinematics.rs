@@ -1,8 +1,8 @@
 //! Decompositions and their derivatives against the tables `kinematics_<d>d.json`.
 
 use super::VerifyError;
-use crate::ledger::Ledger;
 use crate::numbers::{Numbers, by_rows, distance, entries, norm};
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_kinematics::{Mat, Tensor4, polar, signed_qr, signed_svd};
 use serde::Deserialize;
@@ -54,15 +54,15 @@ struct Conditions {
 ///
 /// # Errors
 /// If the table can't be read.
-pub fn check<const D: usize>(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyError> {
+pub fn check<const D: usize>(folder: &Path, report: &mut Report) -> Result<(), VerifyError> {
     let table: Table = read_json(&folder.join(format!("kinematics_{D}d.json")))?;
     for case in &table.cases {
-        check_case::<D>(case, ledger);
+        check_case::<D>(case, report);
     }
     Ok(())
 }
 
-fn check_case<const D: usize>(case: &Case, ledger: &mut Ledger) {
+fn check_case<const D: usize>(case: &Case, report: &mut Report) {
     let group = format!("kinematics {D}D");
     let F: Mat<f64, D> = case.F.matrix();
     let size = norm(&case.F.0);
@@ -71,7 +71,7 @@ fn check_case<const D: usize>(case: &Case, ledger: &mut Ledger) {
         let error = distance(got, exact);
         let unit = EPSILON * norm(exact) + change;
         let c = if error == 0.0 { 0.0 } else { error / unit };
-        ledger.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
+        report.record(&group, quantity, &case.cat, &case.id.to_string(), c, C);
     };
     let first = |n: &Option<Numbers>| n.as_ref().map_or(0.0, |n| n.0[0]);
 

@@ -1,10 +1,10 @@
 //! Materials against their tables: ψ, P, dP/dF, eigenvalues, projection, activation.
 
 use super::table::{Case, Indicators, Table};
-use crate::ledger::Ledger;
 use crate::numbers::{Number, by_rows, distance, entries, norm};
+use crate::report::Report;
 use fem_kinematics::{F64x8, Lanes, Mat, Tensor4};
-use fem_materials::{DefinitenessFilter, Material};
+use fem_materials::{HessianProjection, Material};
 
 /// The C of |error| ≤ C (2.2e-16 mag + ulp) that every model has to reach.
 pub const LARGEST_C: f64 = 32.0;
@@ -16,13 +16,13 @@ const EXACT_NEAR_REST: [&str; 4] = ["linear", "stvk", "neo_hookean", "snh_nolog"
 pub fn check<const D: usize, M: Material<D>>(
     table: &Table,
     material_of: impl Fn(usize) -> Option<M>,
-    ledger: &mut Ledger,
+    report: &mut Report,
 ) {
     let group = format!("{} {}D", table.model, table.dim);
     for case in &table.cases {
         match material_of(case.parameters) {
-            Some(material) => check_case(&group, &table.model, case, &material, ledger),
-            None => ledger.broken(format!("{group}: case {} has no material", case.id)),
+            Some(material) => check_case(&group, &table.model, case, &material, report),
+            None => report.broken(format!("{group}: case {} has no material", case.id)),
         }
     }
 }
@@ -38,13 +38,13 @@ fn check_case<const D: usize, M: Material<D>>(
     model: &str,
     case: &Case,
     material: &M,
-    ledger: &mut Ledger,
+    report: &mut Report,
 ) {
     let F: Mat<f64, D> = case.F.matrix();
     let Indicators { psi, P, dPdF } = case.mag;
     let mut record = |quantity: &str, error: f64, mag: Number, ulp: Number| {
         let c = in_units(error, mag, ulp);
-        ledger.record(
+        report.record(
             group,
             quantity,
             &case.cat,
@@ -91,7 +91,7 @@ fn check_case<const D: usize, M: Material<D>>(
     let error = distance(&eigenvalues(&tensor), &case.eig.0);
     record("eig", error, dPdF, case.ulp.dPdF);
     // The model's own filter is compared with this numeric one by the conformance suite.
-    let projected = DefinitenessFilter::Clamp.apply(&tensor);
+    let projected = HessianProjection::Clamp.apply(&tensor);
     let expected = case.psd.as_ref().unwrap_or(&case.dPdF);
     let error = distance(&by_rows(&projected), &expected.0);
     record("psd", error, dPdF, case.ulp.dPdF);

@@ -9,7 +9,7 @@ pub mod runtime;
 mod scalars;
 pub mod table;
 
-use crate::ledger::{Ledger, Style};
+use crate::report::{Report, Style};
 use crate::scenes::Extent;
 use crate::shared::{ReadError, folder_or_skip};
 use fem_assembly::mesh::atomic;
@@ -73,28 +73,28 @@ struct Json<'a> {
     passed: bool,
     seconds: f64,
     broken: &'a [String],
-    entries: &'a [crate::ledger::Entry],
+    entries: &'a [crate::report::Entry],
 }
 
 /// All comparisons with the tables in `folder`; returns the names of models without a table.
 ///
 /// # Errors
 /// If a table can't be read.
-pub fn check_tables(folder: &Path, ledger: &mut Ledger) -> Result<Vec<String>, VerifyError> {
-    let without = models::check_tables(folder, ledger)?;
-    scalars::check_lame(folder, ledger)?;
-    scalars::check_curves(folder, ledger)?;
-    kinematics::check::<2>(folder, ledger)?;
-    kinematics::check::<3>(folder, ledger)?;
-    intermediate::check(folder, ledger)?;
-    elements::check::<2>(folder, ledger)?;
-    elements::check::<3>(folder, ledger)?;
+pub fn check_tables(folder: &Path, report: &mut Report) -> Result<Vec<String>, VerifyError> {
+    let without = models::check_tables(folder, report)?;
+    scalars::check_lame(folder, report)?;
+    scalars::check_curves(folder, report)?;
+    kinematics::check::<2>(folder, report)?;
+    kinematics::check::<3>(folder, report)?;
+    intermediate::check(folder, report)?;
+    elements::check::<2>(folder, report)?;
+    elements::check::<3>(folder, report)?;
     Ok(without)
 }
 
 /// The conformance suite on every registered model.
-pub fn check_conformance(seed: u64, rounds: usize, ledger: &mut Ledger) {
-    models::check_conformance(seed, rounds, ledger);
+pub fn check_conformance(seed: u64, rounds: usize, report: &mut Report) {
+    models::check_conformance(seed, rounds, report);
 }
 
 /// Runs the verification and prints it; true if everything held.
@@ -108,31 +108,31 @@ pub fn run(options: &Verify) -> Result<bool, VerifyError> {
         .unwrap_or_else(fem_materials::conformance::fresh_seed);
     let style = Style::of_stdout();
     println!("seed {seed:#x}");
-    let mut ledger = Ledger::default();
+    let mut report = Report::default();
     let mut skipped = Vec::new();
     if let Some(folder) = folder_or_skip(options.tables.as_deref(), "reference") {
-        let without = check_tables(&folder, &mut ledger)?;
+        let without = check_tables(&folder, &mut report)?;
         if !without.is_empty() {
             println!("no table, conformance only: {}", without.join(", "));
         }
     } else {
         skipped.push("tables");
     }
-    check_conformance(seed, if options.quick { 8 } else { 64 }, &mut ledger);
+    check_conformance(seed, if options.quick { 8 } else { 64 }, &mut report);
     if let Some(folder) = folder_or_skip(options.scenes.as_deref(), "reference/scenes") {
         let extent = if options.quick {
             Extent::Some
         } else {
             Extent::All
         };
-        crate::scenes::check(&folder, extent, &mut ledger);
+        crate::scenes::check(&folder, extent, &mut report);
     } else {
         skipped.push("scenes");
     }
-    println!("\n{}", ledger.tables(style));
-    println!("{}", ledger.summary(style));
+    println!("\n{}", report.tables(style));
+    println!("{}", report.summary(style));
     let seconds = start.elapsed().as_secs_f64();
-    let passed = ledger.passed();
+    let passed = report.passed();
     println!(
         "{} in {seconds:.1} s, seed {seed:#x}",
         if passed {
@@ -150,8 +150,8 @@ pub fn run(options: &Verify) -> Result<bool, VerifyError> {
             seed: format!("{seed:#x}"),
             passed,
             seconds,
-            broken: &ledger.broken,
-            entries: ledger.entries(),
+            broken: &report.broken,
+            entries: report.entries(),
         };
         let text = serde_json::to_string_pretty(&report).expect("plain data becomes JSON");
         atomic::write_bytes(path, text.as_bytes()).map_err(|source| VerifyError::Write {

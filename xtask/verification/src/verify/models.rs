@@ -3,7 +3,7 @@
 use super::VerifyError;
 use super::materials;
 use super::table::Table;
-use crate::ledger::Ledger;
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_materials::conformance::{Claim, Suite};
 use fem_materials::registry::{Entry, ModelVisitor, Parameters, for_each_model};
@@ -17,7 +17,7 @@ pub fn claims(name: &str) -> Vec<Claim> {
     if name != "linear" {
         claims.push(Claim::Objective);
     }
-    // Ground substance in closed blocks plus fibres in closed form, each filtered on its own.
+    // Ground substance in closed blocks plus fibers in closed form, each filtered on its own.
     if name.starts_with("muscle") || ["hgo", "qr_aniso", "qr_damage"].contains(&name) {
         claims.push(Claim::FilteredByTerms);
     }
@@ -28,10 +28,10 @@ pub fn claims(name: &str) -> Vec<Claim> {
 ///
 /// # Errors
 /// If a table can't be read.
-pub fn check_tables(folder: &Path, ledger: &mut Ledger) -> Result<Vec<String>, VerifyError> {
+pub fn check_tables(folder: &Path, report: &mut Report) -> Result<Vec<String>, VerifyError> {
     let mut visitor = Tables {
         folder,
-        ledger,
+        report,
         without: Vec::new(),
         seen: Vec::new(),
         error: None,
@@ -43,7 +43,7 @@ pub fn check_tables(folder: &Path, ledger: &mut Ledger) -> Result<Vec<String>, V
     let (without, seen) = (visitor.without, visitor.seen);
     for file in constitutive_tables(folder)? {
         if !seen.contains(&file) {
-            ledger.broken(format!("{file}.json: no registered model has this name"));
+            report.broken(format!("{file}.json: no registered model has this name"));
         }
     }
     Ok(without)
@@ -67,7 +67,7 @@ fn constitutive_tables(folder: &Path) -> Result<Vec<String>, VerifyError> {
 
 struct Tables<'a> {
     folder: &'a Path,
-    ledger: &'a mut Ledger,
+    report: &'a mut Report,
     without: Vec<String>,
     seen: Vec<String>,
     error: Option<VerifyError>,
@@ -94,7 +94,7 @@ impl ModelVisitor for Tables<'_> {
             match entry.build(&parameters) {
                 Ok(material) => materials.push(Some(material)),
                 Err(error) => {
-                    self.ledger.broken(format!("{name}: {error}"));
+                    self.report.broken(format!("{name}: {error}"));
                     materials.push(None);
                 }
             }
@@ -102,25 +102,25 @@ impl ModelVisitor for Tables<'_> {
         materials::check::<D, _>(
             &table,
             |p| materials.get(p).copied().flatten().map(Outlined),
-            self.ledger,
+            self.report,
         );
         self.seen.push(name);
     }
 }
 
 /// Runs the conformance suite on every registered model with its default parameters.
-pub fn check_conformance(seed: u64, rounds: usize, ledger: &mut Ledger) {
+pub fn check_conformance(seed: u64, rounds: usize, report: &mut Report) {
     for_each_model(&mut Conformance {
         seed,
         rounds,
-        ledger,
+        report,
     });
 }
 
 struct Conformance<'a> {
     seed: u64,
     rounds: usize,
-    ledger: &'a mut Ledger,
+    report: &'a mut Report,
 }
 
 impl ModelVisitor for Conformance<'_> {
@@ -129,7 +129,7 @@ impl ModelVisitor for Conformance<'_> {
         let material = match entry.build(&entry.defaults()) {
             Ok(material) => material,
             Err(error) => {
-                self.ledger.broken(format!(
+                self.report.broken(format!(
                     "{name}: its own default parameters are refused: {error}"
                 ));
                 return;
@@ -142,7 +142,7 @@ impl ModelVisitor for Conformance<'_> {
         };
         for finding in suite.check::<D, M>(&material).findings {
             let id = format!("{:?}", finding.deformation_gradient);
-            self.ledger.record(
+            self.report.record(
                 &format!("conformance {D}D"),
                 finding.property.short(),
                 entry.name,

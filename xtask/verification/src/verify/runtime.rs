@@ -3,7 +3,7 @@
 use crate::numbers::{by_rows, entries};
 use fem_kinematics::Mat;
 use fem_materials::registry::{Entry, ModelVisitor, ParameterError, Parameters, for_each_model};
-use fem_materials::{DefinitenessFilter, Material, Outlined};
+use fem_materials::{HessianProjection, Material, Outlined};
 use std::collections::BTreeMap;
 
 /// A material behind a pointer; matrices are slices by rows.
@@ -37,7 +37,7 @@ impl<M: Material<D>, const D: usize> RuntimeMaterial for Bound<M, D> {
         by_rows(&self.0.stress_derivative(&Self::matrix(F)))
     }
     fn clamped_rows(&self, F: &[f64]) -> Vec<f64> {
-        let filter = DefinitenessFilter::Clamp;
+        let filter = HessianProjection::Clamp;
         by_rows(&self.0.filtered_derivative(&Self::matrix(F), filter))
     }
 }

@@ -1,8 +1,8 @@
 //! Lamé's parameters and the muscle curves.
 
 use super::VerifyError;
-use crate::ledger::Ledger;
 use crate::numbers::Number;
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_materials::curves::{Blemker, PhysBam, TensionCurve};
 use fem_materials::{Lame, Space};
@@ -29,7 +29,7 @@ struct LameCase {
 ///
 /// # Errors
 /// If the table can't be read.
-pub fn check_lame(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyError> {
+pub fn check_lame(folder: &Path, report: &mut Report) -> Result<(), VerifyError> {
     let table: LameTable = read_json(&folder.join("lame.json"))?;
     for (index, case) in table.cases.iter().enumerate() {
         let (E, nu) = (case.E.0, case.nu.0);
@@ -38,7 +38,7 @@ pub fn check_lame(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyError>
             ("plane", Space::Plane, case.lambda_2d),
         ] {
             let mut record = |quantity: &str, error: f64| {
-                ledger.record("lame", quantity, category, &index.to_string(), error, C);
+                report.record("lame", quantity, category, &index.to_string(), error, C);
             };
             match (Lame::from_young_poisson(E, nu, space), expected) {
                 (Ok(lame), Some(lambda)) => {
@@ -89,7 +89,7 @@ struct CurveCase {
 ///
 /// # Errors
 /// If the table can't be read.
-pub fn check_curves(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyError> {
+pub fn check_curves(folder: &Path, report: &mut Report) -> Result<(), VerifyError> {
     let table: CurveTable = read_json(&folder.join("muscle_curves.json"))?;
     for case in &table.cases {
         let (P1, P2, lambda_star) = (case.P1.0, case.P2.0, case.lambda_star.0);
@@ -101,7 +101,7 @@ pub fn check_curves(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyErro
                     lambda_star,
                 },
                 case,
-                ledger,
+                report,
             ),
             "blemker" => check_curve(
                 &Blemker {
@@ -110,15 +110,15 @@ pub fn check_curves(folder: &Path, ledger: &mut Ledger) -> Result<(), VerifyErro
                     lambda_star,
                 },
                 case,
-                ledger,
+                report,
             ),
-            other => ledger.broken(format!("muscle_curves.json: no curve `{other}`")),
+            other => report.broken(format!("muscle_curves.json: no curve `{other}`")),
         }
     }
     Ok(())
 }
 
-fn check_curve(curve: &impl TensionCurve, case: &CurveCase, ledger: &mut Ledger) {
+fn check_curve(curve: &impl TensionCurve, case: &CurveCase, report: &mut Report) {
     let l = case.l.0;
     let (active, passive) = (curve.active(l), curve.passive(l));
     let category = format!("curve {}", case.curve);
@@ -127,7 +127,7 @@ fn check_curve(curve: &impl TensionCurve, case: &CurveCase, ledger: &mut Ledger)
         // and beyond that of its own size.
         let unit = 2.2e-16 * (1.0 + exact.abs() + slope.abs() * l.abs());
         let error = (got - exact).abs() / unit;
-        ledger.record(
+        report.record(
             "muscle_curves",
             quantity,
             &category,

@@ -39,7 +39,7 @@ pub struct Case {
     pub invariants: Option<Numbers>,
     pub psi_I: Option<Numbers>,
     pub psi_II: Option<Numbers>,
-    /// Normalised stretch of the fibre.
+    /// Normalized stretch of the fiber.
     pub l: Option<Number>,
     #[serde(default)]
     pub kink: bool,

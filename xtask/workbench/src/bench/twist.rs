@@ -1,6 +1,6 @@
 //! The twisted bar: E = 100 kPa, ν = 0.45, turned by 60° and stretched by a tenth.
 
-use crate::ledger::Style;
+use crate::report::Style;
 use crate::scenes::{SceneError, apart, twist_bar};
 use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::NeoHookean;
@@ -61,7 +61,7 @@ pub struct Row {
     pub seconds: f64,
     /// Newton steps.
     pub steps: usize,
-    /// Largest distance of a node from the solution to 1e-12, metres.
+    /// Largest distance of a node from the solution to 1e-12, meters.
     pub apart: f64,
     /// Error of the energy, relative to that of the solution to 1e-12.
     pub energy_error: f64,
@@ -96,7 +96,7 @@ pub fn measure(n: usize, tolerances: &[f64]) -> Result<Measured, SceneError> {
     };
     let begin = Instant::now();
     let bar = twist_bar(n, 4, 60.0, 4.4)?;
-    let dofs = Dofs::with_fixed_nodes(bar.mesh.nodes(), &bar.held)?;
+    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
     let unknowns = dofs.unknowns();
     let assembly = AssemblyBuilder::new(&bar.mesh, dofs)?
         .material(flesh)?
@@ -142,7 +142,7 @@ fn report(n: usize, tolerances: &[f64], style: Style) -> Result<bool, SceneError
     let title = format!("n = {n}: {} tets, {} unknowns", bar.tets, bar.unknowns);
     println!("{}", style.bold(&title));
     println!(
-        "  setup {:.3} s, solve to 1e-12 {:.3} s, {} steps, {} factorisations, \
+        "  setup {:.3} s, solve to 1e-12 {:.3} s, {} steps, {} factorizations, \
          {} linear iterations, peak memory {}",
         bar.setup,
         bar.seconds,

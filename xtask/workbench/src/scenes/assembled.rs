@@ -2,7 +2,7 @@
 
 use super::compare::{ENERGY, FORCE, POSITION, Record};
 use super::input::{Mesh, NamedMaterial, SceneError};
-use crate::ledger::Ledger;
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_assembly::mesh::SimplexMesh;
 use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
@@ -52,7 +52,7 @@ struct A0Case {
 ///
 /// # Errors
 /// If the file can't be used.
-pub fn a0(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn a0(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let scene: A0 = read_json(&folder.join("a0_assembly.json"))?;
     let mesh = scene.mesh.build()?;
     for case in &scene.cases {
@@ -60,7 +60,7 @@ pub fn a0(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
         let assembly = case.material.add_to(builder)?.build()?;
         let x = &scene.states[&case.state];
         let mut record = Record {
-            ledger,
+            report,
             scene: "scene a0",
             category: format!("{} {}", case.material.material, case.state),
             id: case.state.clone(),
@@ -68,7 +68,7 @@ pub fn a0(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
         record.relative("energy", assembly.energy(x, &[]), case.energy, ENERGY);
         let forces = assembly.forces_everywhere(x, &[]);
         record.of_largest("forces", &forces, &case.forces, FORCE);
-        let product = assembly.hessian_product_everywhere(x, &[], &scene.dx);
+        let product = assembly.hessian_vector_everywhere(x, &[], &scene.dx);
         record.of_largest("K dx", &product, &case.K_times_dx, FORCE);
     }
     Ok(())
@@ -96,17 +96,17 @@ struct A1Case {
 ///
 /// # Errors
 /// If the file can't be used or a solve fails.
-pub fn a1(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn a1(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let scene: A1 = read_json(&folder.join("a1_patch.json"))?;
     let mesh = scene.mesh.build()?;
     for case in &scene.cases {
-        let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &scene.boundary)?;
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.boundary)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
         let assembly = case.material.add_to(builder)?.build()?;
         let problem = Quasistatic::new(&assembly, scene.start.clone(), vec![])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {
-            ledger,
+            report,
             scene: "scene a1",
             category: case.material.material.clone(),
             id: case.material.material.clone(),
@@ -183,7 +183,7 @@ pub fn twist_bar(
 ///
 /// # Errors
 /// If the file can't be used or a solve fails.
-pub fn a2(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn a2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let scene: A2 = read_json(&folder.join("a2_twist.json"))?;
     let material = NamedMaterial {
         material: "neo_hookean".to_owned(),
@@ -194,13 +194,13 @@ pub fn a2(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
         for (&node, &place) in case.fixed_top.iter().zip(&case.top_positions) {
             bar.start[node] = place;
         }
-        let dofs = Dofs::with_fixed_nodes(bar.mesh.nodes(), &bar.held)?;
+        let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
         let builder = AssemblyBuilder::new(&bar.mesh, dofs)?;
         let assembly = material.add_to(builder)?.build()?;
         let problem = Quasistatic::new(&assembly, bar.start, vec![])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {
-            ledger,
+            report,
             scene: "scene a2",
             category: format!("n = {}", case.n),
             id: case.n.to_string(),

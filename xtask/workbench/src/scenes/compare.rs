@@ -1,11 +1,11 @@
 //! Comparisons of fields, as errors relative to the largest entry or absolute.
 
-use crate::ledger::Ledger;
 use crate::numbers::worse;
+use crate::report::Report;
 
 /// Tolerance of energies, relative; this and the others are those that the scenes' notes suggest.
 pub const ENERGY: f64 = 1e-11;
-/// Of positions, metres.
+/// Of positions, meters.
 pub const POSITION: f64 = 1e-9;
 /// Of forces, of the largest.
 pub const FORCE: f64 = 1e-11;
@@ -17,7 +17,7 @@ pub const PATH: f64 = 1e-9;
 /// Where results of one scene go.
 pub struct Record<'a> {
     /// The book.
-    pub ledger: &'a mut Ledger,
+    pub report: &'a mut Report,
     /// `scene a0`, …
     pub scene: &'a str,
     /// Material, variant, …
@@ -29,7 +29,7 @@ pub struct Record<'a> {
 impl Record<'_> {
     /// Any error against a bound.
     pub fn error(&mut self, quantity: &str, error: f64, bound: f64) {
-        self.ledger
+        self.report
             .record(self.scene, quantity, &self.category, &self.id, error, bound);
     }
 

@@ -3,10 +3,10 @@
 use super::compare::{PATH, Record, apart, largest_difference};
 use super::input::{FiberStretch, SceneError};
 use super::rig::{B0, parameters};
-use crate::ledger::Ledger;
 use crate::numbers::norm;
+use crate::report::Report;
 use crate::shared::read_json;
-use face_rig::rig::{Direction, Parameters, Rig, RigError, Solved};
+use face_rig::rig::{Direction, Equilibrium, Parameters, Rig, RigError};
 use fem_solvers::{Damping, GaussNewtonParams, LeastSquares, StepMethod, gauss_newton};
 use serde::Deserialize;
 use std::path::Path;
@@ -140,7 +140,7 @@ impl LeastSquares for Fit<'_> {
 ///
 /// # Errors
 /// If a file can't be used or a pose has no equilibrium.
-pub fn b3(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn b3(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
     let scene: B3 = read_json(&folder.join("b3_gauss_newton.json"))?;
     let mut rig = face.rig(scene.deviatoric)?;
@@ -148,9 +148,9 @@ pub fn b3(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
     let mut left_out = 0;
     for run in &scene.runs {
         rig.start_from(rest.clone())?;
-        left_out += compare_path(run, &mut rig, &rest, ledger)?;
+        left_out += compare_path(run, &mut rig, &rest, report)?;
     }
-    limit(left_out, ledger);
+    limit(left_out, report);
     Ok(())
 }
 
@@ -158,9 +158,9 @@ pub fn b3(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
 const SEVERAL_EQUILIBRIA: usize = 3;
 
 /// More poses left out than are known to have several equilibria break the comparison.
-fn limit(left_out: usize, ledger: &mut Ledger) {
+fn limit(left_out: usize, report: &mut Report) {
     if left_out > SEVERAL_EQUILIBRIA {
-        ledger.broken(format!(
+        report.broken(format!(
             "scene b3: {left_out} poses were left out for several equilibria; {SEVERAL_EQUILIBRIA} \
              are known to have them"
         ));
@@ -173,12 +173,12 @@ fn limit(left_out: usize, ledger: &mut Ledger) {
 fn compare_path(
     run: &Run,
     rig: &mut Rig,
-    rest: &Solved,
-    ledger: &mut Ledger,
+    rest: &Equilibrium,
+    report: &mut Report,
 ) -> Result<usize, SceneError> {
     let mut left_out = 0;
     let mut record = Record {
-        ledger,
+        report,
         scene: "scene b3",
         category: run.name.clone(),
         id: String::new(),
@@ -194,7 +194,7 @@ fn compare_path(
         if !(error <= PATH)
             && let Some(apart) = another_equilibrium(rig, rest, &pose)?
         {
-            record.ledger.note(format!(
+            record.report.note(format!(
                 "scene b3, {}, step {k}: not comparable, the pose has several equilibria, two of \
                  them {apart:.2} m apart",
                 run.name
@@ -232,11 +232,11 @@ fn take_one_step(run: &Run, rig: &mut Rig, theta: &mut [f64]) {
     let _ = gauss_newton(&mut fit, theta, &params);
 }
 
-/// How far another equilibrium of the rig's pose is from the one it holds, metres, if a few other
+/// How far another equilibrium of the rig's pose is from the one it holds, meters, if a few other
 /// starts lead to one. The rig keeps its own.
 fn another_equilibrium(
     rig: &mut Rig,
-    rest: &Solved,
+    rest: &Equilibrium,
     pose: &Parameters,
 ) -> Result<Option<f64>, RigError> {
     let own = rig.solved().clone();
@@ -247,7 +247,7 @@ fn another_equilibrium(
             let moved = pose.jaw.apply(x);
             std::array::from_fn(|i| x[i] + share * (moved[i] - x[i]))
         });
-        rig.start_from(Solved {
+        rig.start_from(Equilibrium {
             parameters: pose.clone(),
             in_cranium_frame: carried.collect(),
         })?;
@@ -269,10 +269,10 @@ mod tests {
 
     #[test]
     fn a_fourth_pose_left_out_breaks_the_comparison() {
-        let mut ledger = Ledger::default();
-        limit(3, &mut ledger);
-        assert!(ledger.passed());
-        limit(4, &mut ledger);
-        assert!(!ledger.passed());
+        let mut report = Report::default();
+        limit(3, &mut report);
+        assert!(report.passed());
+        limit(4, &mut report);
+        assert!(!report.passed());
     }
 }

@@ -134,7 +134,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The law of all fibres of a scene.
+    /// The law of all fibers of a scene.
     ///
     /// # Errors
     /// If the curve's name is unknown.
@@ -170,8 +170,8 @@ pub struct FiberStretch(pub Stretch);
 impl From<bool> for FiberStretch {
     fn from(deviatoric: bool) -> Self {
         Self(match deviatoric {
-            true => Stretch::Deviatoric,
-            false => Stretch::Plain,
+            true => Stretch::Isochoric,
+            false => Stretch::Total,
         })
     }
 }

@@ -18,25 +18,25 @@ pub use particles::c;
 pub use recovery::a4;
 pub use rig::b1_b2;
 
-use crate::ledger::Ledger;
+use crate::report::Report;
 use std::path::Path;
 
 /// Runs every scene of `folder`; one that can't be run counts as failed and the others go on.
-pub fn check(folder: &Path, extent: Extent, ledger: &mut Ledger) {
+pub fn check(folder: &Path, extent: Extent, report: &mut Report) {
     let results = [
-        ("scene a0", a0(folder, ledger)),
-        ("scene a1", a1(folder, ledger)),
-        ("scene a2", a2(folder, ledger)),
-        ("scene a3", a3(folder, extent, ledger)),
-        ("scene a4", a4(folder, extent, ledger)),
-        ("scene a5", a5(folder, ledger)),
-        ("scenes b1 and b2", b1_b2(folder, ledger)),
-        ("scene b3", b3(folder, ledger)),
-        ("scenes c1 to c4", c(folder, ledger)),
+        ("scene a0", a0(folder, report)),
+        ("scene a1", a1(folder, report)),
+        ("scene a2", a2(folder, report)),
+        ("scene a3", a3(folder, extent, report)),
+        ("scene a4", a4(folder, extent, report)),
+        ("scene a5", a5(folder, report)),
+        ("scenes b1 and b2", b1_b2(folder, report)),
+        ("scene b3", b3(folder, report)),
+        ("scenes c1 to c4", c(folder, report)),
     ];
     for (scene, result) in results {
         if let Err(error) = result {
-            ledger.broken(format!("{scene}: {error}"));
+            report.broken(format!("{scene}: {error}"));
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::assembled::equilibrium;
 use super::compare::{ENERGY, POSITION, Record};
 use super::input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
-use crate::ledger::Ledger;
+use crate::report::Report;
 use crate::shared::read_json;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty, Quasistatic};
 use serde::Deserialize;
@@ -15,7 +15,8 @@ struct A3 {
     #[serde(flatten)]
     mesh: Mesh,
     muscle_tets: Vec<usize>,
-    fibre_direction: [f64; 3],
+    #[serde(rename = "fibre_direction")]
+    fiber_direction: [f64; 3],
     parameters: BTreeMap<String, f64>,
     clamped_left: Vec<usize>,
     right_face: Vec<usize>,
@@ -53,7 +54,7 @@ impl Extent {
 ///
 /// # Errors
 /// If the file can't be used or a solve fails.
-pub fn a3(folder: &Path, extent: Extent, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), SceneError> {
     let scene: A3 = read_json(&folder.join("a3_muscle.json"))?;
     let mesh = scene.mesh.build()?;
     let flesh = NamedMaterial::flesh(&scene.parameters);
@@ -72,18 +73,19 @@ pub fn a3(folder: &Path, extent: Extent, ledger: &mut Ledger) -> Result<(), Scen
         let fiber = |&element: &usize| Fiber {
             element,
             channel: 0,
-            direction: scene.fibre_direction,
+            direction: scene.fiber_direction,
             peak: case.sigma_max,
             optimal_stretch: case.curve.lambda_ofl,
         };
         let fibers: Vec<Fiber> = scene.muscle_tets.iter().map(fiber).collect();
-        let builder = AssemblyBuilder::new(&mesh, Dofs::with_fixed_nodes(mesh.nodes(), &held)?)?;
+        let builder =
+            AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?;
         let law = case.curve.law(case.deviatoric.0)?;
         let assembly = flesh.add_to(builder)?.fibers(law, 1, &fibers)?.build()?;
         let problem = Quasistatic::new(&assembly, start, vec![case.activation])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {
-            ledger,
+            report,
             scene: "scene a3",
             category: format!("{} {:?}", case.variant, case.deviatoric.0),
             id: index.to_string(),
@@ -151,7 +153,7 @@ impl Shape {
 ///
 /// # Errors
 /// If the file can't be used or a solve fails.
-pub fn a5(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn a5(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let scene: A5 = read_json(&folder.join("a5_penalty.json"))?;
     let mesh = scene.mesh.build()?;
     let flesh = NamedMaterial::flesh(&scene.parameters);
@@ -162,13 +164,13 @@ pub fn a5(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
             stiffness: case.epsilon,
             obstacle,
         };
-        let dofs = Dofs::with_fixed_nodes(mesh.nodes(), &scene.clamped)?;
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.clamped)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
         let assembly = flesh.add_to(builder)?.penalty(penalty)?.build()?;
         let problem = Quasistatic::new(&assembly, mesh.nodes().to_vec(), vec![])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {
-            ledger,
+            report,
             scene: "scene a5",
             category: name.to_owned(),
             id: format!("ε = {}", case.epsilon),

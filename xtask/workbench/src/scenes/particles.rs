@@ -1,7 +1,7 @@
-//! c1 to c4: kernels, damage, inextensible fibres and the relaxed KKT system.
+//! c1 to c4: kernels, damage, inextensible fibers and the relaxed KKT system.
 
 use super::input::SceneError;
-use crate::ledger::Ledger;
+use crate::report::Report;
 use crate::shared::read_json;
 use aniso_mpm::scenes::{NAMES, compare};
 use std::path::Path;
@@ -10,13 +10,13 @@ use std::path::Path;
 ///
 /// # Errors
 /// If a file can't be used.
-pub fn c(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn c(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     for name in NAMES {
         let file: serde_json::Value = read_json(&folder.join(format!("{name}.json")))?;
         match compare(name, &file) {
             Ok(deviations) => {
                 for d in deviations {
-                    ledger.record(
+                    report.record(
                         "scenes c",
                         "error",
                         name,
@@ -31,7 +31,7 @@ pub fn c(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
                     );
                 }
             }
-            Err(error) => ledger.broken(format!("scene {name}: {error}")),
+            Err(error) => report.broken(format!("scene {name}: {error}")),
         }
     }
     Ok(())

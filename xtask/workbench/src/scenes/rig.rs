@@ -2,8 +2,8 @@
 
 use super::compare::{COLUMN, ENERGY, POSITION, Record, largest_difference};
 use super::input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
-use crate::ledger::Ledger;
 use crate::numbers::{norm, worse};
+use crate::report::Report;
 use crate::shared::read_json;
 use face_rig::rig::{Direction, Parameters, Rig, RigParams};
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
@@ -27,7 +27,8 @@ pub(super) struct B0 {
 struct Muscle {
     sigma_max: f64,
     tets: Vec<usize>,
-    fibres: Vec<[f64; 3]>,
+    #[serde(rename = "fibres")]
+    fibers: Vec<[f64; 3]>,
 }
 
 impl B0 {
@@ -36,7 +37,7 @@ impl B0 {
         let held: Vec<usize> = [&self.cranium_nodes[..], &self.jaw_nodes[..]].concat();
         let mut fibers = Vec::new();
         for (channel, muscle) in self.muscles.iter().enumerate() {
-            for (&element, &direction) in muscle.tets.iter().zip(&muscle.fibres) {
+            for (&element, &direction) in muscle.tets.iter().zip(&muscle.fibers) {
                 fibers.push(Fiber {
                     element,
                     channel,
@@ -47,7 +48,8 @@ impl B0 {
             }
         }
         let flesh = NamedMaterial::flesh(&self.material);
-        let builder = AssemblyBuilder::new(&mesh, Dofs::with_fixed_nodes(mesh.nodes(), &held)?)?;
+        let builder =
+            AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?;
         let law = self.curve.law(stretch.0)?;
         let assembly = flesh
             .add_to(builder)?
@@ -90,7 +92,7 @@ pub(super) fn parameters(theta: &[f64]) -> Result<Parameters, SceneError> {
 ///
 /// # Errors
 /// If a file can't be used or a pose has no equilibrium.
-pub fn b1_b2(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
+pub fn b1_b2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
     for (scene, file) in [
         ("scene b1", "b1_jacobian.json"),
@@ -99,7 +101,7 @@ pub fn b1_b2(folder: &Path, ledger: &mut Ledger) -> Result<(), SceneError> {
         let poses: Poses = read_json(&folder.join(file))?;
         let mut rig = face.rig(poses.deviatoric)?;
         for pose in &poses.cases {
-            check_pose(scene, pose, &mut rig, ledger)?;
+            check_pose(scene, pose, &mut rig, report)?;
         }
     }
     Ok(())
@@ -109,14 +111,14 @@ fn check_pose(
     scene: &str,
     pose: &Pose,
     rig: &mut Rig,
-    ledger: &mut Ledger,
+    report: &mut Report,
 ) -> Result<(), SceneError> {
     let theta = parameters(&pose.theta)?;
     rig.solve(&theta)?;
     let z = rig.solved().in_cranium_frame.clone();
     let energy = rig.assembly().energy(&z, &theta.activations);
     let mut record = Record {
-        ledger,
+        report,
         scene,
         category: pose.name.clone(),
         id: pose.name.clone(),

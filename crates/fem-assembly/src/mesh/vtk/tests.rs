@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 fn sample() -> MeshFile {
     let mesh = kuhn_grid(2, 2, 3, [0.1, 0.2, 0.3]).expect("a grid");
     let height: Vec<f64> = mesh.nodes().iter().map(|x| x[2] / 3.0).collect();
-    let fibres: Vec<[f64; 3]> = (0..mesh.num_elements())
+    let fibers: Vec<[f64; 3]> = (0..mesh.num_elements())
         .map(|e| [1.0 / (e + 1) as f64, -0.0, 1e-300])
         .collect();
     MeshFile::from_tets(&mesh)
         .with_point_data(DataArray::scalars("height", &height))
         .with_point_data(DataArray::vectors("place", mesh.nodes()))
-        .with_cell_data(DataArray::vectors("fibre", &fibres))
+        .with_cell_data(DataArray::vectors("fiber", &fibers))
         .with_cell_data(DataArray::integers("label", (0..72).map(|e| e % 5 - 1)))
 }
 
@@ -55,12 +55,12 @@ fn missing_and_misshapen_arrays_are_named() {
     let file = sample();
     let text = file.cell_integers("bones").expect_err("absent").to_string();
     assert!(
-        text.contains("\"bones\"; the file has fibre, label"),
+        text.contains("\"bones\"; the file has fiber, label"),
         "{text}"
     );
-    let text = file.cell_scalars("fibre").expect_err("vectors").to_string();
+    let text = file.cell_scalars("fiber").expect_err("vectors").to_string();
     assert!(
-        text.contains("\"fibre\" has 3 components, expected 1"),
+        text.contains("\"fiber\" has 3 components, expected 1"),
         "{text}"
     );
     let text = file

@@ -1,21 +1,21 @@
 //! Affine frames of cranium and jaw.
 
-/// The map X ↦ M X + t: nine numbers and a translation in metres (document 000, 2.2-2.3).
+/// The map X ↦ M X + t: nine numbers and a translation in meters (document 000, 2.2-2.3).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Frame {
+pub struct AffineMap {
     /// M, by rows.
     pub matrix: [[f64; 3]; 3],
-    /// t, metres.
+    /// t, meters.
     pub translation: [f64; 3],
 }
 
-impl Default for Frame {
+impl Default for AffineMap {
     fn default() -> Self {
         Self::IDENTITY
     }
 }
 
-impl Frame {
+impl AffineMap {
     /// X ↦ X.
     pub const IDENTITY: Self = Self {
         matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -66,7 +66,7 @@ impl Frame {
         }
     }
 
-    /// The differential with 1 at number `k` of [`Frame::to_array`].
+    /// The differential with 1 at number `k` of [`AffineMap::to_array`].
     pub fn unit(k: usize) -> Self {
         Self::from_array(std::array::from_fn(|i| f64::from(i == k)))
     }
@@ -81,7 +81,7 @@ impl Frame {
         })
     }
 
-    /// The differential of [`Frame::orthogonality`] in direction `d`: dMᵀM + MᵀdM.
+    /// The differential of [`AffineMap::orthogonality`] in direction `d`: dMᵀM + MᵀdM.
     pub fn orthogonality_differential(&self, d: &Self) -> [f64; 9] {
         let (m, dm) = (&self.matrix, &d.matrix);
         std::array::from_fn(|k| {
@@ -105,25 +105,25 @@ mod tests {
     #[test]
     fn numbers_survive_the_round_trip() {
         let numbers = std::array::from_fn(|k| k as f64 + 0.5);
-        assert_eq!(Frame::from_array(numbers).to_array(), numbers);
+        assert_eq!(AffineMap::from_array(numbers).to_array(), numbers);
         assert_eq!(
-            Frame::from_array(numbers).apply([1.0, 0.0, 0.0]),
+            AffineMap::from_array(numbers).apply([1.0, 0.0, 0.0]),
             [10.0, 14.0, 18.0]
         );
     }
 
     #[test]
     fn the_orthogonality_differential_agrees_with_differences() {
-        let frame = Frame::from_array(std::array::from_fn(|k| (k as f64 * 1.7).sin()));
+        let frame = AffineMap::from_array(std::array::from_fn(|k| (k as f64 * 1.7).sin()));
         for k in 0..12 {
             let h = 1e-6;
             let shifted = |s: f64| {
                 let mut numbers = frame.to_array();
                 numbers[k] += s;
-                Frame::from_array(numbers).orthogonality()
+                AffineMap::from_array(numbers).orthogonality()
             };
             let (high, low) = (shifted(h), shifted(-h));
-            let exact = frame.orthogonality_differential(&Frame::unit(k));
+            let exact = frame.orthogonality_differential(&AffineMap::unit(k));
             for e in 0..9 {
                 assert!(((high[e] - low[e]) / (2.0 * h) - exact[e]).abs() < 1e-9);
             }

@@ -27,7 +27,7 @@ pub struct Entry {
 
 /// The book.
 #[derive(Clone, Debug, Default)]
-pub struct Ledger {
+pub struct Report {
     entries: Vec<Entry>,
     index: BTreeMap<(String, String, String), usize>,
     /// What could not be compared at all, and why.
@@ -36,7 +36,7 @@ pub struct Ledger {
     pub notes: Vec<String>,
 }
 
-impl Ledger {
+impl Report {
     /// Writes down one comparison. A NaN counts as worse than everything.
     pub fn record(
         &mut self,
@@ -239,27 +239,27 @@ fn share(entry: &Entry) -> f64 {
     }
 }
 
-/// Colours or none.
+/// Colors or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// For files and tests.
     Plain,
     /// For terminals.
-    Colour,
+    Color,
 }
 
 impl Style {
-    /// Colour on a terminal, unless `NO_COLOR` is set.
+    /// Color on a terminal, unless `NO_COLOR` is set.
     pub fn of_stdout() -> Self {
         use std::io::IsTerminal;
         let wanted = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-        if wanted { Self::Colour } else { Self::Plain }
+        if wanted { Self::Color } else { Self::Plain }
     }
 
     fn paint(self, code: &str, text: &str) -> String {
         match self {
             Self::Plain => text.to_owned(),
-            Self::Colour => format!("\x1b[{code}m{text}\x1b[0m"),
+            Self::Color => format!("\x1b[{code}m{text}\x1b[0m"),
         }
     }
 
@@ -325,24 +325,24 @@ mod tests {
 
     #[test]
     fn failures_name_group_quantity_category_and_id() {
-        let mut ledger = Ledger::default();
-        ledger.record("model", "P", "flat", "7", 1.0, 32.0);
-        ledger.record("model", "P", "flat", "8", f64::NAN, 32.0);
-        ledger.record("model", "P", "flat", "9", 3.0, 32.0);
-        assert!(!ledger.passed());
-        let failed: Vec<_> = ledger.failures().collect();
+        let mut report = Report::default();
+        report.record("model", "P", "flat", "7", 1.0, 32.0);
+        report.record("model", "P", "flat", "8", f64::NAN, 32.0);
+        report.record("model", "P", "flat", "9", 3.0, 32.0);
+        assert!(!report.passed());
+        let failed: Vec<_> = report.failures().collect();
         assert_eq!(failed[0].failures, ["8"]);
         assert!(failed[0].worst.is_nan());
-        let summary = ledger.summary(Style::Plain);
+        let summary = report.summary(Style::Plain);
         assert!(summary.contains("model / P / flat") && summary.contains("id 8"));
-        assert!(ledger.tables(Style::Plain).contains("NaN"));
+        assert!(report.tables(Style::Plain).contains("NaN"));
     }
 
     #[test]
     fn what_is_broken_fails_the_run() {
-        let mut ledger = Ledger::default();
-        assert!(ledger.passed());
-        ledger.broken("no table".to_owned());
-        assert!(!ledger.passed());
+        let mut report = Report::default();
+        assert!(report.passed());
+        report.broken("no table".to_owned());
+        assert!(!report.passed());
     }
 }

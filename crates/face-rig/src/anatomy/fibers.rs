@@ -1,4 +1,4 @@
-//! Muscles and the elements that their fibres run through.
+//! Muscles and the elements that their fibers run through.
 
 use serde::Serialize;
 use std::ops::Range;
@@ -36,21 +36,21 @@ impl Muscle {
 /// One muscle in one element: the active stress there is α σ_max `weight` times the tension curve
 /// along `direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FibreEntry {
+pub struct FiberEntry {
     /// The element.
     pub tet: u32,
     /// The muscle.
     pub muscle: u32,
     /// Share of the element's volume that the muscle fills, above 0, at most 1.
     pub weight: f64,
-    /// Fibre direction at rest, of length 1; its sign means nothing.
+    /// Fiber direction at rest, of length 1; its sign means nothing.
     pub direction: [f64; 3],
 }
 
-/// Why a list of fibre entries cannot be used; `entry` is its place in the list.
+/// Why a list of fiber entries cannot be used; `entry` is its place in the list.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum FibreError {
+pub enum FiberError {
     /// No such element.
     #[error("tet {tet} is not in the mesh, which has {tets} (0 to {last})", last = tets.saturating_sub(1))]
     Tet {
@@ -83,7 +83,7 @@ pub enum FibreError {
         weight: f64,
     },
     /// A direction whose length is off 1 by more than 0.001.
-    #[error("the fibre has length {length}, not 1; normalise it")]
+    #[error("the fiber has length {length}, not 1; normalize it")]
     Direction {
         /// Place in the list.
         entry: usize,
@@ -102,7 +102,7 @@ pub enum FibreError {
     },
 }
 
-impl FibreError {
+impl FiberError {
     /// Place of the offending entry in the list given.
     pub fn entry(&self) -> usize {
         match self {
@@ -115,30 +115,30 @@ impl FibreError {
     }
 }
 
-/// All fibres of a face, validated, sorted by element and within it by muscle. An element may
+/// All fibers of a face, validated, sorted by element and within it by muscle. An element may
 /// carry several muscles, which add up.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FibreField {
-    entries: Vec<FibreEntry>,
+pub struct FiberField {
+    entries: Vec<FiberEntry>,
 }
 
-impl FibreField {
-    /// Validates and sorts; directions are normalised to the last digit.
+impl FiberField {
+    /// Validates and sorts; directions are normalized to the last digit.
     ///
     /// # Errors
-    /// [`FibreError`] with the first offending entry.
+    /// [`FiberError`] with the first offending entry.
     pub fn new(
-        mut entries: Vec<FibreEntry>,
+        mut entries: Vec<FiberEntry>,
         tets: usize,
         muscles: usize,
-    ) -> Result<Self, FibreError> {
+    ) -> Result<Self, FiberError> {
         for (entry, e) in entries.iter_mut().enumerate() {
             if e.tet as usize >= tets {
                 let tet = e.tet;
-                return Err(FibreError::Tet { entry, tet, tets });
+                return Err(FiberError::Tet { entry, tet, tets });
             }
             if e.muscle as usize >= muscles {
-                return Err(FibreError::Muscle {
+                return Err(FiberError::Muscle {
                     entry,
                     muscle: e.muscle,
                     muscles,
@@ -146,12 +146,12 @@ impl FibreField {
             }
             if !(e.weight > 0.0 && e.weight <= 1.0 + 1e-9) {
                 let weight = e.weight;
-                return Err(FibreError::Weight { entry, weight });
+                return Err(FiberError::Weight { entry, weight });
             }
             let length = e.direction.iter().map(|v| v * v).sum::<f64>().sqrt();
             let unit = (length - 1.0).abs() <= 1e-3;
             if !unit {
-                return Err(FibreError::Direction { entry, length });
+                return Err(FiberError::Direction { entry, length });
             }
             e.direction = e.direction.map(|v| v / length);
         }
@@ -160,7 +160,7 @@ impl FibreField {
         for pair in order.windows(2) {
             let (a, b) = (entries[pair[0]], entries[pair[1]]);
             if (a.tet, a.muscle) == (b.tet, b.muscle) {
-                return Err(FibreError::Twice {
+                return Err(FiberError::Twice {
                     entry: pair[1],
                     tet: b.tet,
                     muscle: b.muscle,
@@ -172,7 +172,7 @@ impl FibreField {
         })
     }
     /// All entries, by element, then muscle.
-    pub fn entries(&self) -> &[FibreEntry] {
+    pub fn entries(&self) -> &[FiberEntry] {
         &self.entries
     }
     /// Where the entries of element `tet` are; empty for passive elements.
@@ -182,7 +182,7 @@ impl FibreField {
         start..start + count
     }
     /// The muscles of element `tet`; empty for passive elements.
-    pub fn of_tet(&self, tet: u32) -> &[FibreEntry] {
+    pub fn of_tet(&self, tet: u32) -> &[FiberEntry] {
         &self.entries[self.range_of(tet)]
     }
 }
@@ -191,8 +191,8 @@ impl FibreField {
 mod tests {
     use super::*;
 
-    fn entry(tet: u32, muscle: u32) -> FibreEntry {
-        FibreEntry {
+    fn entry(tet: u32, muscle: u32) -> FiberEntry {
+        FiberEntry {
             tet,
             muscle,
             weight: 0.5,
@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn several_muscles_share_an_element() {
         let list = vec![entry(4, 1), entry(2, 0), entry(4, 0)];
-        let field = FibreField::new(list, 5, 2).expect("valid");
+        let field = FiberField::new(list, 5, 2).expect("valid");
         let muscles: Vec<u32> = field.of_tet(4).iter().map(|e| e.muscle).collect();
         assert_eq!(muscles, [0, 1]);
         assert!(field.of_tet(3).is_empty());
@@ -212,15 +212,15 @@ mod tests {
 
     #[test]
     fn each_defect_has_its_own_error() {
-        let with = |change: fn(&mut FibreEntry)| {
+        let with = |change: fn(&mut FiberEntry)| {
             let mut list = vec![entry(0, 0), entry(1, 1)];
             change(&mut list[1]);
-            FibreField::new(list, 5, 2).expect_err("must be refused")
+            FiberField::new(list, 5, 2).expect_err("must be refused")
         };
         let error = with(|e| e.tet = 5);
         assert!(matches!(
             error,
-            FibreError::Tet {
+            FiberError::Tet {
                 entry: 1,
                 tet: 5,
                 ..
@@ -229,28 +229,28 @@ mod tests {
         assert!(error.to_string().contains("0 to 4"), "{error}");
         assert!(matches!(
             with(|e| e.muscle = 2),
-            FibreError::Muscle { muscle: 2, .. }
+            FiberError::Muscle { muscle: 2, .. }
         ));
         for weight in [0.0, -0.1, 1.1, f64::NAN] {
             let mut list = vec![entry(0, 0)];
             list[0].weight = weight;
             assert!(matches!(
-                FibreField::new(list, 5, 2),
-                Err(FibreError::Weight { entry: 0, .. })
+                FiberField::new(list, 5, 2),
+                Err(FiberError::Weight { entry: 0, .. })
             ));
         }
         assert!(matches!(
             with(|e| e.direction[2] = 0.9),
-            FibreError::Direction { .. }
+            FiberError::Direction { .. }
         ));
         assert!(matches!(
             with(|e| e.direction[0] = f64::NAN),
-            FibreError::Direction { .. }
+            FiberError::Direction { .. }
         ));
         let twice = with(|e| (e.tet, e.muscle) = (0, 0));
         assert!(matches!(
             twice,
-            FibreError::Twice {
+            FiberError::Twice {
                 entry: 1,
                 tet: 0,
                 muscle: 0

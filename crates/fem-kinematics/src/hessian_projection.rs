@@ -1,18 +1,21 @@
 //! What to do with the negative eigenvalues of dP/dF: nothing, clamp, or flip.
 
-use fem_kinematics::{Mat, Real, SymmetricEigen, Tensor4, symmetric_eigen};
+use crate::jacobi::{SymmetricEigen, symmetric_eigen};
+use crate::mat::Mat;
+use crate::scalar::Real;
+use crate::tensor4::Tensor4;
 
 /// The treatment of negative eigenvalues of an element's dP/dF.
 ///
 /// A strained body can be stable as a whole while most of its elements are indefinite, so a
-/// solver starts with [`DefinitenessFilter::None`] and filters only when it meets negative
+/// solver starts with [`HessianProjection::None`] and filters only when it meets negative
 /// curvature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DefinitenessFilter {
+pub enum HessianProjection {
     /// The exact derivative.
     #[default]
     None,
-    /// Negative eigenvalues become 0: the nearest positive semidefinite tensor (doc 000, 5.6).
+    /// Negative eigenvalues become 0: the nearest positive semidefinite tensor (document 000, 5.6).
     Clamp,
     /// Negative eigenvalues change sign, which keeps the length of steps along them
     /// (Chen, Sharp and Jacobson 2024, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue
@@ -20,7 +23,7 @@ pub enum DefinitenessFilter {
     Absolute,
 }
 
-impl DefinitenessFilter {
+impl HessianProjection {
     /// The filter on one eigenvalue.
     #[inline(always)]
     pub fn eigenvalue<T: Real>(self, value: T) -> T {

@@ -1,9 +1,9 @@
-//! Where the host enforces inextensible fibres: right after the explicit grid velocity.
+//! Where the host enforces inextensible fibers: right after the explicit grid velocity.
 
-use crate::body::Fibre;
+use crate::body::Fiber;
 use crate::error::MpmError;
 use crate::float::Float;
-use crate::inextensibility::{CollisionRow, FibreGrid, Projection};
+use crate::inextensibility::{CollisionRow, FiberGrid, Projection};
 use crate::law::Law;
 use crate::simulation::Simulation;
 use crate::transfer::Scheme;
@@ -11,16 +11,16 @@ use fem_kinematics::dot;
 use fem_solvers::PcgParams;
 
 impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
-    /// Replaces the grid velocity by the nearest one that stretches no inextensible fibre and
+    /// Replaces the grid velocity by the nearest one that stretches no inextensible fiber and
     /// meets the obstacles.
     pub(crate) fn project_onto_inextensible(&mut self, dt: f64) -> Result<(), MpmError> {
         let particles = &self.particles;
         let (mut x, mut volume, mut a) = (Vec::new(), Vec::new(), Vec::new());
         for p in 0..particles.len() {
-            if self.bodies[particles.body[p] as usize].fibre == Fibre::Inextensible {
+            if self.bodies[particles.body[p] as usize].fiber == Fiber::Inextensible {
                 x.push(particles.x[p]);
                 volume.push(particles.volume[p] * particles.F[p].determinant().abs());
-                // a = F e₁: the fibre frame starts along the fibre.
+                // a = F e₁: the fiber frame starts along the fiber.
                 a.push(particles.F[p].column(0));
             }
         }
@@ -28,7 +28,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             return Ok(());
         }
         let h = self.settings.cell_size;
-        let grid = FibreGrid::new(h, &x, &volume, &a)?;
+        let grid = FiberGrid::new(h, &x, &volume, &a)?;
         let ours = self.binning.node_blocks();
         let places: Vec<Option<usize>> = (0..grid.len())
             .map(|i| ours.node_index(grid.node_blocks().node(i)))

@@ -9,22 +9,22 @@ use fem_kinematics::{Mat, Real};
 use fem_materials::qr::QrTerm;
 use fem_materials::{Lame, LameError, Space, degradation};
 
-/// Fibres along e₁ (and in 3D e₂) of the fibre frame in a matrix that can tear; the fibres cannot.
+/// Fibers along e₁ (and in 3D e₂) of the fiber frame in a matrix that can tear; the fibers cannot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FibreReinforced {
+pub struct FiberReinforced {
     /// μ of the model, Pa.
     pub mu: f64,
     /// λ of the model, Pa: Lamé's λ plus μ.
     pub lambda: f64,
-    /// Fibre stiffness along e₁, Pa.
+    /// Fiber stiffness along e₁, Pa.
     pub kx: f64,
-    /// Fibre stiffness along e₂, Pa; 3D only.
+    /// Fiber stiffness along e₂, Pa; 3D only.
     pub ky: f64,
     /// What is left of the stiffness at d = 1, 0 to 1.
     pub residual: f64,
 }
 
-impl FibreReinforced {
+impl FiberReinforced {
     /// From Young's modulus (Pa) and Poisson's ratio of the matrix in 3D (plane strain in 2D).
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl FibreReinforced {
     }
 
     /// The coefficients at damage d: g(d) = (1 − r)(1 − d)² + r on the μ terms always, on the λ
-    /// term for J ≥ 1, on the fibres never (section 3.6).
+    /// term for J ≥ 1, on the fibers never (section 3.6).
     #[inline(always)]
     fn term<T: Real, const D: usize>(&self, F: &Mat<T, D>, d: T) -> QrTerm<T> {
         let g = degradation(d, T::from_f64(self.residual));
@@ -61,7 +61,7 @@ impl FibreReinforced {
     }
 }
 
-impl<const D: usize> Law<D> for FibreReinforced {
+impl<const D: usize> Law<D> for FiberReinforced {
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>, d: T) -> T {
         self.term(F, d).energy(F)
