@@ -1,15 +1,22 @@
 //! `cargo xtask COMMAND`: builds and runs the program of `xtask/verification`.
 //!
 //! What measures or takes long runs optimized. `verify --quick` runs in the profile of the tests:
-//! next to them little is left to build. The kernels give the same bits in both.
+//! next to them little is left to build. The kernels give the same bits in both. `tidy` reads the
+//! sources and builds nothing.
+
+mod tidy;
 
 use std::env;
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::{Command, ExitCode};
 
 /// The exit code of the program; 2 where it could not be built, started or ended.
 fn main() -> ExitCode {
     let arguments: Vec<OsString> = env::args_os().skip(1).collect();
+    if arguments.first().is_some_and(|a| a == "tidy") {
+        return tidy_up();
+    }
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.args(["run", "--package", "verification"]);
@@ -26,6 +33,16 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Prints what breaks an invariant of `ARCHITECTURE.md`; the exit code is 1 if anything does.
+fn tidy_up() -> ExitCode {
+    let found = tidy::problems(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
+    for problem in &found {
+        eprintln!("{problem}");
+    }
+    println!("tidy: {} invariants broken", found.len());
+    ExitCode::from(u8::from(!found.is_empty()))
 }
 
 fn is_long(arguments: &[OsString]) -> bool {
