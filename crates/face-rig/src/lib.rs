@@ -35,3 +35,4 @@ pub mod fit;
 pub mod pictures;
 pub mod rig;
 pub mod scene;
+mod stopwatch;

@@ -4,8 +4,8 @@ use super::{FitError, FitIteration, FitParams, FitReport, Fitter, Parametrizatio
 use crate::anatomy::AffineMap;
 use crate::rig::{CarriedPoints, Rig};
 use crate::scene::{Scene, Target};
+use crate::stopwatch::Stopwatch;
 use fem_solvers::GaussNewtonFailure;
-use std::time::Instant;
 
 /// Which points of a target are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,7 +106,7 @@ pub fn fit_expression(
     start: &[f64],
     observer: &mut dyn FnMut(&FitIteration),
 ) -> Result<ExpressionFit, FitError> {
-    let begin = Instant::now();
+    let begin = Stopwatch::start();
     let (points, places, weights) = observed(scene, target, seen);
     let fitter = Fitter {
         observation: &points,

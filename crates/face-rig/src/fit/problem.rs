@@ -2,12 +2,12 @@
 
 use super::parametrization::Parametrization;
 use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
+use crate::stopwatch::Stopwatch;
 use fem_solvers::{
     Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop,
     LeastSquares, Loss, Prior, StepMethod, gauss_newton_observed,
 };
 use std::cell::Cell;
-use std::time::Instant;
 
 /// Weights of ½ w |MᵀM − I|² for the affine frames (document 000, 2.2 and 2.3); meters².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -174,7 +174,7 @@ impl Fitter<'_> {
     ) -> Result<FitReport, FitError> {
         let roots = self.check(rig, start)?;
         let map = self.parametrization;
-        let begin = Instant::now();
+        let begin = Stopwatch::start();
         let seen = Cell::new((0.0, 0.0));
         let mut q = start.to_vec();
         let mut problem = Problem {

@@ -4,12 +4,13 @@ use super::error::RigError;
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
 use crate::anatomy::AffineMap;
+use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic};
 use fem_solvers::{
     CholeskyFactor, LinearSolver, Newton, NewtonError, NewtonFailure, NewtonParams,
     ProjectionPolicy,
 };
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A face that can be posed: flesh with muscles, clamped to a cranium and a jaw.
 ///
@@ -187,7 +188,7 @@ impl Rig {
     /// [`RigError::NoEquilibrium`] says how far the walk came.
     pub fn solve(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
         self.check(parameters)?;
-        let begin = Instant::now();
+        let begin = Stopwatch::start();
         let walked = self.walk(parameters);
         self.work.equilibrium_time += begin.elapsed();
         self.solved = walked?;
@@ -239,7 +240,7 @@ impl Rig {
     /// # Errors
     /// [`RigError::Unstable`] where it is not positive definite.
     pub fn sensitivity(&mut self) -> Result<Sensitivity<'_>, RigError> {
-        let begin = Instant::now();
+        let begin = Stopwatch::start();
         let at = self.solved.clone();
         self.ensure_tangent(&at)?;
         self.work.jacobian_time += begin.elapsed();
