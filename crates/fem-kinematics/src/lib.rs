@@ -33,6 +33,10 @@
 //! between [`Mat`] and `nalgebra::SMatrix`.
 #![allow(non_snake_case)]
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod checked;
 #[cfg(feature = "nalgebra")]
 mod convert;

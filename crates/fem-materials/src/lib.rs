@@ -23,6 +23,10 @@
 //! No mesh, no state and no solver lives here.
 #![allow(non_snake_case)]
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 #[cfg(feature = "conformance")]
 pub mod conformance;
 pub mod curves;
