@@ -1,7 +1,7 @@
 //! Simplex meshes and mesh files.
 //!
 //! [`SimplexMesh`] is validated when it is made, so that everything after it may trust its indices
-//! and its volumes. [`MeshFile`] reads and writes VTU and legacy VTK files with their data arrays,
+//! and its volumes. `MeshFile` (feature `vtk`, on by default) reads and writes VTU and legacy VTK files with their data arrays,
 //! [`kuhn_grid`] fills a box with tetrahedra, [`SimplexMesh::refine`] splits every element.
 //!
 //! ```
@@ -15,6 +15,7 @@
 
 pub mod atomic;
 mod error;
+#[cfg(feature = "vtk")]
 mod file;
 mod grid;
 mod quality;
@@ -22,9 +23,11 @@ mod refine;
 mod simplex;
 mod topology;
 mod validate;
+#[cfg(feature = "vtk")]
 mod vtk;
 
 pub use error::{Ids, MeshError};
+#[cfg(feature = "vtk")]
 pub use file::{DataArray, MeshFile, MeshFileError, Values};
 pub use grid::kuhn_grid;
 pub use quality::{Distribution, Quality};
