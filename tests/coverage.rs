@@ -256,7 +256,10 @@ fn the_workspace_has_the_crates_that_were_asked_for() {
     let found = packages();
     for name in [
         "aniso-mpm",
+        "face-cli",
+        "face-pictures",
         "face-rig",
+        "face-scenes",
         "fem-assembly",
         "fem-kinematics",
         "fem-materials",
@@ -275,11 +278,15 @@ fn the_workspace_has_the_crates_that_were_asked_for() {
         "fem-solvers",
         "fem-assembly",
         "face-rig",
+        "face-scenes",
+        "face-cli",
     ];
     let levels = order.iter().enumerate();
     let mut forbidden: Vec<(&str, &[&str])> = levels.map(|(k, n)| (*n, &order[k + 1..])).collect();
-    // The material-point host stands beside the finite elements and the face.
+    // The material-point host stands beside the finite elements and the face, pictures beside faces.
     forbidden.push(("aniso-mpm", &["fem-assembly", "face-rig"]));
+    forbidden.push(("face-pictures", &["face-rig", "face-scenes", "face-cli"]));
+    forbidden.push(("face-scenes", &["face-pictures"]));
     for name in order {
         forbidden.push((name, &["aniso-mpm", "verification", "workbench", "xtask"]));
     }
