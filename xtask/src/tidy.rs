@@ -35,10 +35,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "face-rig",
         ],
     ),
-    (
-        "face-pictures",
-        &["fem-kinematics", "fem-assembly", "face-rig"],
-    ),
+    ("face-pictures", &["fem-kinematics", "fem-assembly"]),
     (
         "face-cli",
         &[

@@ -3,12 +3,15 @@
 use std::time::Duration;
 
 /// Time since [`Stopwatch::start`]. In a browser there is no clock to read, and it stays at zero.
-pub(crate) struct Stopwatch {
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch {
     #[cfg(not(target_family = "wasm"))]
     begin: std::time::Instant,
 }
 
 impl Stopwatch {
+    /// Now.
+    #[must_use]
     pub fn start() -> Self {
         Self {
             #[cfg(not(target_family = "wasm"))]
@@ -16,11 +19,13 @@ impl Stopwatch {
         }
     }
 
+    /// Wall-clock time since the start.
     #[cfg(not(target_family = "wasm"))]
     pub fn elapsed(&self) -> Duration {
         self.begin.elapsed()
     }
 
+    /// Zero: there is no clock.
     #[cfg(target_family = "wasm")]
     pub fn elapsed(&self) -> Duration {
         Duration::ZERO

@@ -1,10 +1,8 @@
 //! Cholesky of a vector Laplacian on a bar of n × n × 4n cubes, six tetrahedra each, both ends held.
 //!
 //! `cargo run --release --example factor_bar -- 8 16 24` prints ordering, fill, and factor and solve
-//! times with one and two threads, next to faer's own sparse Cholesky on the same matrix.
+//! times with one and two threads.
 
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
 use fem_solvers::{
     BlockPattern, BlockSymmetric, CholeskyFactor, LinearOperator, RefineParams, SymbolicCholesky,
 };
@@ -85,39 +83,6 @@ fn best<R>(repeats: usize, mut f: impl FnMut() -> R) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn faer_times(a: &BlockSymmetric<3>, threads: usize, repeats: usize) -> (usize, f64) {
-    faer::set_global_parallelism(if threads == 1 {
-        faer::Par::Seq
-    } else {
-        faer::Par::rayon(threads)
-    });
-    let p = a.pattern();
-    let mut triplets = Vec::new();
-    for i in 0..p.blocks() {
-        for k in p.row_start()[i]..p.row_start()[i + 1] {
-            let j = p.columns()[k] as usize;
-            for r in 0..3 {
-                for c in 0..3 {
-                    if 3 * i + r >= 3 * j + c {
-                        triplets.push(Triplet::new(3 * i + r, 3 * j + c, a.values()[k][r][c]));
-                    }
-                }
-            }
-        }
-    }
-    let m = SparseColMat::<usize, f64>::try_new_from_triplets(a.dim(), a.dim(), &triplets)
-        .expect("a valid matrix");
-    let symbolic =
-        SymbolicLlt::try_new(m.symbolic(), faer::Side::Lower).expect("a symbolic factor");
-    let time = best(repeats, || {
-        Llt::try_new_with_symbolic(symbolic.clone(), m.rb(), faer::Side::Lower)
-            .expect("positive definite")
-    });
-    (m.compute_nnz(), time)
-}
-
-use faer::prelude::Reborrow;
-
 fn main() {
     let sizes: Vec<usize> = std::env::args()
         .skip(1)
@@ -184,15 +149,6 @@ fn main() {
                 println!("  {threads} thread(s): f64 factor {:8.2} ms ({:5.1} GF/s), solve {:6.2} ms, 40 columns {:7.2} ms, residual {residual:.1e}", 1e3 * t64, symbolic.flops() / t64 / 1e9, 1e3 * t1, 1e3 * t40);
                 println!("               f32 factor {:8.2} ms, refined solve {:6.2} ms in {:?} iterations; A x {:.3} ms", 1e3 * t32, 1e3 * refine, info.map(|i| i.iterations), 1e3 * spmv);
             });
-        }
-        if std::env::var_os("WITHOUT_FAER").is_none() {
-            for threads in [1, 2] {
-                let (nnz, t) = faer_times(&a, threads, repeats.min(3));
-                println!(
-                    "  faer's sparse LLT, {threads} thread(s): {:8.2} ms ({nnz} stored)",
-                    1e3 * t
-                );
-            }
         }
     }
 }

@@ -1,0 +1,193 @@
+//! `face-rig demo`: the whole way on the built-in face.
+
+use super::args::{DemoArgs, OutputArgs};
+use super::draw::{Fitted, Shape, convergence, expressions};
+use super::error::Failure;
+use super::fit::table;
+use super::output::{Output, say};
+use super::progress::bar;
+use super::source::builtin;
+use face_rig::fit::{CraniumModel, FitIteration, FitParams, Parametrization};
+use face_rig::rig::{AffineMap, RigParams};
+use face_scenes::builtin::BuiltinFace;
+use face_scenes::{ExpressionFit, Observed, Target, TargetKind, fit_expression, parse_activations};
+use serde_json::json;
+
+/// An expression to be made and found again: settings of both sides, and the jaw in degrees.
+const EXPRESSIONS: [(&str, &[&str], f64); 3] = [
+    (
+        "smile",
+        &[
+            "zygomaticus_major=0.6",
+            "zygomaticus_minor=0.4",
+            "risorius=0.3",
+            "levator_anguli_oris=0.3",
+        ],
+        2.0,
+    ),
+    (
+        "surprise",
+        &["frontalis_medial=0.6", "frontalis_lateral=0.6"],
+        12.0,
+    ),
+    (
+        "anger",
+        &[
+            "corrugator_supercilii=0.6",
+            "procerus=0.5",
+            "depressor_anguli_oris=0.5",
+            "mentalis=0.3",
+        ],
+        0.0,
+    ),
+];
+
+/// What the picture shows of one expression.
+struct Drawn {
+    fitted: Shape,
+    target: Shape,
+    seen: Vec<[f64; 3]>,
+    wanted: Vec<[f64; 3]>,
+}
+
+pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
+    if !BuiltinFace::TETS.contains(&args.tets) {
+        // Before a folder is made for nothing.
+        builtin(args.tets)?;
+    }
+    let mut out = Output::prepare(output)?;
+    let progress = bar(2 * EXPRESSIONS.len() + 2, "demo");
+    progress.set_message("making the face");
+    let source = out.phase("face", || builtin(args.tets))?;
+    let scene = &source.scene;
+    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    progress.inc(1);
+    let muscles = scene.muscles.len();
+    let map = Parametrization {
+        muscles,
+        active: (0..muscles).collect(),
+        cranium: CraniumModel::Fixed,
+        jaw: scene.hinged_jaw(),
+    };
+    let params = FitParams {
+        activation_weight: 1e-9,
+        ..FitParams::default()
+    };
+    let rest = rig.solved().clone();
+    let landmarks = scene.carried_landmarks(0..scene.landmarks.len());
+    let mut done: Vec<(ExpressionFit, Vec<[f64; 3]>, Vec<f64>)> = Vec::new();
+    for (name, settings, degrees) in EXPRESSIONS {
+        progress.set_message(format!("posing: {name}"));
+        let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;
+        truth.extend([degrees.to_radians(), 0.0, 0.0, 0.0]);
+        rig.start_from(rest.clone())?;
+        let posed = out.phase(&format!("pose {name}"), || {
+            rig.solve(&map.parameters(&truth)).map(|s| s.positions())
+        })?;
+        progress.inc(1);
+        let target = Target {
+            name: name.into(),
+            kind: TargetKind::Expression,
+            landmarks: landmarks
+                .0
+                .iter()
+                .map(|p| p.position(&posed))
+                .enumerate()
+                .collect(),
+            weights: Vec::new(),
+            dense: None,
+            jaw_truth: None,
+        };
+        rig.start_from(rest.clone())?;
+        let fit = out.phase(&format!("fit {name}"), || {
+            let mut observer = |i: &FitIteration| {
+                progress.set_message(format!(
+                    "fitting {name}: step {}, {:.3} mm",
+                    i.iteration, i.rms_mm
+                ));
+            };
+            fit_expression(
+                scene,
+                &mut rig,
+                &target,
+                Observed::Landmarks,
+                &map,
+                &params,
+                &map.rest(),
+                &mut observer,
+            )
+        })?;
+        out.write_shape(name, scene, &rig, &map.parameters(&fit.q), &fit.positions)?;
+        progress.inc(1);
+        done.push((fit, posed, truth));
+    }
+    progress.set_message("drawing");
+    let at_rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
+    let drawn: Vec<Drawn> = done
+        .iter()
+        .map(|(fit, posed, truth)| {
+            let on = |x: &[[f64; 3]]| landmarks.0.iter().map(|p| p.position(x)).collect();
+            Drawn {
+                fitted: Shape::new(&source, &fit.positions, &map.parameters(&fit.q).jaw),
+                target: Shape::new(&source, posed, &map.parameters(truth).jaw),
+                seen: on(&fit.positions),
+                wanted: on(posed),
+            }
+        })
+        .collect();
+    let rows: Vec<Fitted> = done
+        .iter()
+        .zip(&drawn)
+        .map(|((fit, _, _), drawn)| Fitted {
+            heading: format!(
+                "{}: found from 68 landmarks in {} steps",
+                fit.name, fit.iterations
+            ),
+            fitted: &drawn.fitted,
+            target: Some(&drawn.target),
+            seen: &drawn.seen,
+            wanted: &drawn.wanted,
+        })
+        .collect();
+    let picture = out.path("demo.png");
+    out.phase("pictures", || {
+        expressions(
+            &picture,
+            "three expressions, made and found again",
+            &at_rest,
+            &rows,
+        )
+    })?;
+    let histories: Vec<(&str, &[FitIteration])> = done
+        .iter()
+        .map(|d| (d.0.name.as_str(), d.0.history.as_slice()))
+        .collect();
+    convergence(&out.path("convergence.svg"), &histories)?;
+    progress.finish_and_clear();
+    let fits: Vec<ExpressionFit> = done.iter().map(|d| d.0.clone()).collect();
+    let truths: Vec<&[f64]> = done.iter().map(|d| d.2.as_slice()).collect();
+    let names: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
+    let results = json!({ "muscles": names, "fits": fits, "truths": truths });
+    let report = out.report(
+        "demo",
+        json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
+            "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
+            "stop_mm": 1e3 * params.rms_change }),
+        results,
+    )?;
+    if output.json {
+        say(serde_json::to_string_pretty(&report)?)?;
+        return Ok(());
+    }
+    say(format!(
+        "{}: {} nodes, {} muscles",
+        scene.name,
+        scene.mesh.num_nodes(),
+        muscles
+    ))?;
+    say(table(&fits).trim_end())?;
+    say(format!(
+        "look at {}; the report is report.json",
+        out.folder().join("demo.png").display()
+    ))
+}

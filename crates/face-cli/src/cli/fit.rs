@@ -1,0 +1,263 @@
+//! `face-rig fit`.
+
+use super::args::{FitArgs, Head, Jaw, Method, OutputArgs, Points};
+use super::draw::{Fitted, Shape, convergence, expressions};
+use super::error::Failure;
+use super::output::{Output, say};
+use super::progress::bar;
+use super::source::{Source, open};
+use face_rig::fit::{CraniumModel, FitError, FitIteration, FitParams, JawModel, Parametrization};
+use face_rig::rig::{AffineMap, Rig, RigParams};
+use face_scenes::{ExpressionFit, Observed, Outcome, Scene, Target, TargetKind, fit_expression};
+use fem_solvers::{Loss, StepMethod};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
+    let mut source = open(&args.scene)?;
+    if let Some(file) = &args.targets {
+        source.scene.read_targets(file)?;
+    }
+    let scene = &source.scene;
+    let targets = chosen(scene, &args.target)?;
+    let mut out = Output::prepare(output)?;
+    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    let map = parametrization(scene, args);
+    let params = params(args);
+    let (fits, impossible) = fit_all(scene, &mut rig, &targets, args, &map, &params, &mut out)?;
+    let pictures = Instant::now();
+    draw(&mut out, &source, &map, &fits)?;
+    out.took("pictures", pictures);
+    let settings = json!({ "scene": args.scene, "targets": args.targets, "target": args.target,
+        "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
+        "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
+        "method": format!("{:?}", params.method), "relax_mm2": args.relax, "robust_mm": args.robust,
+        "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start });
+    let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
+    let fits: Vec<ExpressionFit> = fits.into_iter().map(|(_, fit)| fit).collect();
+    let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
+    let report = out.report("fit", settings, results)?;
+    if output.json {
+        say(serde_json::to_string_pretty(&report)?)?;
+    } else {
+        say(table(&fits).trim_end())?;
+        for (name, why) in &impossible {
+            say(format!("{name}: {why}"))?;
+        }
+        say(format!("results in {}", out.folder().display()))?;
+    }
+    let unfinished = fits.iter().filter(|f| !f.converged());
+    let failed: Vec<&str> = unfinished
+        .map(|f| f.name.as_str())
+        .chain(impossible.keys().map(String::as_str))
+        .collect();
+    match failed.as_slice() {
+        [] => Ok(()),
+        names => Err(Failure::NotConverged(format!(
+            "{} of {} fits did not converge: {}",
+            names.len(),
+            targets.len(),
+            names.join(", ")
+        ))),
+    }
+}
+
+fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {
+    let targets: Vec<&Target> = match names {
+        [] => scene
+            .targets
+            .iter()
+            .filter(|t| t.kind == TargetKind::Expression)
+            .collect(),
+        names => {
+            let mut once: Vec<&String> = Vec::new();
+            names.iter().for_each(|n| {
+                if !once.contains(&n) {
+                    once.push(n);
+                }
+            });
+            once.iter()
+                .map(|n| scene.target(n))
+                .collect::<Result<_, _>>()?
+        }
+    };
+    match targets.as_slice() {
+        [] => Err(Failure::Input(format!(
+            "{}: no targets to fit; give the scene a \"targets\" entry or use --targets FILE",
+            scene.name
+        ))),
+        _ => Ok(targets),
+    }
+}
+
+fn parametrization(scene: &Scene, args: &FitArgs) -> Parametrization {
+    let muscles = scene.muscles.len();
+    Parametrization {
+        muscles,
+        active: (0..muscles).collect(),
+        cranium: match args.head {
+            Head::Fixed => CraniumModel::Fixed,
+            Head::Rigid => CraniumModel::Rigid,
+            Head::Affine => CraniumModel::Affine,
+        },
+        jaw: match args.jaw {
+            Jaw::Fixed => JawModel::Fixed,
+            Jaw::Hinge => scene.hinged_jaw(),
+            Jaw::Rigid => JawModel::Rigid {
+                point: scene.hinge.point(),
+            },
+            Jaw::Affine => JawModel::Affine,
+        },
+    }
+}
+
+fn params(args: &FitArgs) -> FitParams {
+    FitParams {
+        method: match args.method {
+            Method::Qr => StepMethod::Qr,
+            Method::NormalEquations => StepMethod::NormalEquations,
+        },
+        activation_weight: 1e-6 * args.relax,
+        loss: args
+            .robust
+            .map_or(Loss::Square, |mm| Loss::Huber { scale: 1e-3 * mm }),
+        rms_change: 1e-3 * args.stop,
+        max_iterations: args.max_iterations,
+        ..FitParams::default()
+    }
+}
+
+/// Every fit, written as soon as it is there, and why the others could not even begin.
+type Fits<'s> = (Vec<(&'s Target, ExpressionFit)>, BTreeMap<String, String>);
+
+fn fit_all<'s>(
+    scene: &Scene,
+    rig: &mut Rig,
+    targets: &[&'s Target],
+    args: &FitArgs,
+    map: &Parametrization,
+    params: &FitParams,
+    out: &mut Output,
+) -> Result<Fits<'s>, Failure> {
+    let seen = match args.points {
+        Points::Landmarks => Observed::Landmarks,
+        Points::Dense => Observed::Dense,
+        Points::Both => Observed::Both {
+            landmark_weight: args.landmark_weight,
+        },
+    };
+    let progress = bar(targets.len(), "expression");
+    let rest = rig.solved().clone();
+    let mut start = map.rest();
+    let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
+    for &target in targets {
+        if !args.warm_start {
+            rig.start_from(rest.clone())?;
+            start = map.rest();
+        }
+        let mut observer = |i: &FitIteration| {
+            progress.set_message(format!(
+                "{}: step {}, RMS {:.3} mm, {} activations at bounds",
+                target.name, i.iteration, i.rms_mm, i.activations_at_bounds
+            ));
+        };
+        let outcome = out.phase("fit", || {
+            fit_expression(scene, rig, target, seen, map, params, &start, &mut observer)
+        });
+        progress.inc(1);
+        match outcome {
+            Ok(fit) => {
+                let parameters = map.parameters(&fit.q);
+                out.write_shape(&fit.name, scene, rig, &parameters, &fit.positions)?;
+                start.clone_from(&fit.q);
+                fits.push((target, fit));
+            }
+            Err(FitError::Start(why)) => {
+                impossible.insert(target.name.clone(), why.to_string());
+            }
+            Err(error) => {
+                return Err(Failure::Input(format!("target {}: {error}", target.name)));
+            }
+        }
+    }
+    progress.finish_and_clear();
+    Ok((fits, impossible))
+}
+
+fn draw(
+    out: &mut Output,
+    source: &Source,
+    map: &Parametrization,
+    fits: &[(&Target, ExpressionFit)],
+) -> Result<(), Failure> {
+    let scene = &source.scene;
+    let progress = bar(fits.len(), "picture");
+    let rest = Shape::new(source, scene.mesh.nodes(), &AffineMap::IDENTITY);
+    for (target, fit) in fits {
+        let fitted = Shape::new(source, &fit.positions, &map.parameters(&fit.q).jaw);
+        let dense = target
+            .dense
+            .clone()
+            .map(|points| Shape::of_skin(source, points));
+        let points = scene.carried_landmarks(target.landmarks.iter().map(|l| l.0));
+        let seen: Vec<[f64; 3]> = points
+            .0
+            .iter()
+            .map(|p| p.position(&fit.positions))
+            .collect();
+        let wanted: Vec<[f64; 3]> = target.landmarks.iter().map(|l| l.1).collect();
+        let row = Fitted {
+            heading: line(fit),
+            fitted: &fitted,
+            target: dense.as_ref(),
+            seen: &seen,
+            wanted: &wanted,
+        };
+        let picture = out.path(&format!("{}.png", fit.name));
+        expressions(&picture, &scene.name, &rest, &[row])?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let histories: Vec<(&str, &[FitIteration])> = fits
+        .iter()
+        .map(|(_, f)| (f.name.as_str(), f.history.as_slice()))
+        .collect();
+    convergence(&out.path("convergence.svg"), &histories)
+}
+
+fn line(fit: &ExpressionFit) -> String {
+    let jaw = fit
+        .jaw_degrees
+        .map_or(String::new(), |d| format!(", jaw {d:.1} deg"));
+    format!(
+        "{}: {} points, {:.2} -> {:.2} mm RMS in {} steps{jaw}",
+        fit.name, fit.points, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
+    )
+}
+
+/// A row for each fit, as Markdown.
+pub fn table(fits: &[ExpressionFit]) -> String {
+    let mut text = String::from(
+        "| target | RMS before (mm) | RMS after (mm) | left | steps | seconds | jaw (deg) | inverted tets | end |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---|\n",
+    );
+    for f in fits {
+        let end = match &f.outcome {
+            Outcome::Converged(_) => "converged".to_owned(),
+            Outcome::NotConverged(why) => format!("not converged: {why}"),
+        };
+        let jaw = f.jaw_degrees.map_or(String::new(), |d| format!("{d:.1}"));
+        text += &format!(
+            "| {} | {:.2} | {:.2} | {:.0} % | {} | {:.2} | {jaw} | {} | {end} |\n",
+            f.name,
+            f.rms_before_mm,
+            f.rms_after_mm,
+            100.0 * f.remaining(),
+            f.iterations,
+            f.seconds,
+            f.inverted_tets
+        );
+    }
+    text
+}

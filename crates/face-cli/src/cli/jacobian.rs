@@ -1,0 +1,84 @@
+//! `face-rig jacobian`.
+
+use super::args::{JacobianArgs, OutputArgs};
+use super::error::Failure;
+use super::output::{Output, say};
+use super::progress::spinner;
+use super::source::{open, pose};
+use face_pictures::export::write_atomically;
+use face_rig::rig::{Direction, JacobianRoute, Observation, RigParams};
+use serde_json::json;
+use std::fmt::Write;
+
+pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
+    let source = open(&args.scene)?;
+    let scene = &source.scene;
+    let parameters = pose(scene, &args.pose)?;
+    if scene.landmarks.is_empty() {
+        return Err(Failure::Input(format!(
+            "{}: no landmarks to derive; add \"landmarks\" to the face",
+            scene.name
+        )));
+    }
+    let mut out = Output::prepare(output)?;
+    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    let bar = spinner("equilibrium and derivative");
+    out.phase("equilibrium", || rig.solve(&parameters).map(|_| ()))?;
+    let directions = Direction::all(scene.muscles.len());
+    let points = scene.carried_landmarks(0..scene.landmarks.len());
+    let (columns, route) = out.phase("jacobian", || {
+        rig.sensitivity().map(|s| {
+            let route = s.cheaper_route(&points, &directions);
+            (s.jacobian(&points, &directions, route), route)
+        })
+    })?;
+    bar.finish_and_clear();
+    let names = names(scene.muscles.iter().map(|m| m.name.as_str()));
+    let path = out.path("jacobian.csv");
+    let mut text = format!("landmark,axis,{}\n", names.join(","));
+    for row in 0..points.dim() {
+        let _ = write!(
+            text,
+            "{},{}",
+            scene.landmarks[row / 3].index,
+            ["x", "y", "z"][row % 3]
+        );
+        for column in 0..names.len() {
+            let _ = write!(text, ",{:e}", columns[column * points.dim() + row]);
+        }
+        text.push('\n');
+    }
+    write_atomically(&path, text.as_bytes())?;
+    let route = match route {
+        JacobianRoute::Columns => "columns",
+        JacobianRoute::Adjoint => "adjoint",
+    };
+    let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
+        "jaw_shift_mm": args.pose.jaw_shift });
+    let results = json!({ "rows": points.dim(), "columns": names, "route": route });
+    let report = out.report("jacobian", settings, results)?;
+    if output.json {
+        say(serde_json::to_string_pretty(&report)?)?;
+    } else {
+        say(format!(
+            "{} rows (landmarks x 3, meters) by {} columns (by {route}) in {}",
+            points.dim(),
+            names.len(),
+            path.display()
+        ))?;
+    }
+    Ok(())
+}
+
+/// Names of all entries of θ.
+fn names<'a>(muscles: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let frame = |bone: &'static str| {
+        let matrix = (0..9).map(move |k| format!("{bone}_m{}{}", k / 3 + 1, k % 3 + 1));
+        matrix.chain((0..3).map(move |k| format!("{bone}_t{}", ["x", "y", "z"][k])))
+    };
+    muscles
+        .map(str::to_owned)
+        .chain(frame("cranium"))
+        .chain(frame("jaw"))
+        .collect()
+}

@@ -1,0 +1,50 @@
+//! The command line.
+
+mod args;
+mod check;
+mod demo;
+mod draw;
+mod error;
+mod fit;
+mod jacobian;
+mod output;
+mod portrait;
+mod progress;
+mod simulate;
+mod source;
+
+use args::{Args, Command};
+use clap::Parser;
+
+use std::process::ExitCode;
+
+/// Parses, runs, reports; see [`error::Failure`] for the exit codes.
+pub fn run() -> ExitCode {
+    let args = Args::parse();
+    let outcome = args.in_pool(|| match &args.command {
+        Command::Demo(demo) => demo::run(demo, &args.output),
+        Command::Simulate(simulate) => simulate::run(simulate, &args.output),
+        Command::Fit(fit) => fit::run(fit, &args.output),
+        Command::Jacobian(jacobian) => jacobian::run(jacobian, &args.output),
+        Command::Check(check) => check::run(check, &args.output),
+    });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("face-rig: {failure}");
+            failure.exit_code()
+        }
+    }
+}
+
+impl Args {
+    fn in_pool<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.map_or(0, usize::from))
+            .build()
+        {
+            Ok(pool) => pool.install(work),
+            Err(_) => work(),
+        }
+    }
+}

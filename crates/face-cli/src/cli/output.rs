@@ -1,0 +1,203 @@
+//! The folder of results: refused when it holds files, each file written whole or not at all.
+
+use super::args::OutputArgs;
+use super::error::Failure;
+use face_pictures::export::{GlbMesh, MorphTarget, glb, obj, write_atomically};
+use face_rig::rig::{Parameters, Rig};
+use face_scenes::{Scene, Skin};
+use fem_assembly::mesh::{DataArray, MeshFile};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// An output folder that may be written to.
+pub struct Output {
+    folder: PathBuf,
+    begin: Instant,
+    phases: Vec<(String, f64)>,
+    files: Vec<String>,
+}
+
+impl Output {
+    /// Checks before any work is done that the results will have a place.
+    pub fn prepare(args: &OutputArgs) -> Result<Self, Failure> {
+        let folder = args.out.clone();
+        let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", folder.display()));
+        let holds_files = match std::fs::read_dir(&folder) {
+            Ok(mut entries) => entries.next().is_some(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => false,
+            Err(e) => return Err(cannot(e)),
+        };
+        if holds_files && !args.force {
+            return Err(Failure::OutputExists(folder));
+        }
+        std::fs::create_dir_all(&folder).map_err(cannot)?;
+        Ok(Self {
+            folder,
+            begin: Instant::now(),
+            phases: Vec::new(),
+            files: Vec::new(),
+        })
+    }
+
+    /// Runs one phase of the work and remembers how long it took.
+    pub fn phase<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
+        let begin = Instant::now();
+        let result = work();
+        self.took(name, begin);
+        result
+    }
+
+    /// Counts the time since `begin` to a phase.
+    pub fn took(&mut self, name: &str, begin: Instant) {
+        let seconds = begin.elapsed().as_secs_f64();
+        match self.phases.iter_mut().find(|(known, _)| known == name) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.phases.push((name.into(), seconds)),
+        }
+    }
+
+    /// The path of a file in the folder, remembered for the report.
+    pub fn path(&mut self, name: &str) -> PathBuf {
+        self.files.push(name.into());
+        self.folder.join(name)
+    }
+
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes `report.json` with what every report has: program, settings, times, files.
+    pub fn report(
+        &mut self,
+        command: &str,
+        settings: Value,
+        results: Value,
+    ) -> Result<Value, Failure> {
+        let path = self.path("report.json");
+        let phases: serde_json::Map<String, Value> = self
+            .phases
+            .iter()
+            .map(|(name, s)| (name.clone(), json!(s)))
+            .collect();
+        let report = json!({
+            "program": "face-rig",
+            "version": env!("CARGO_PKG_VERSION"),
+            "command": command,
+            "settings": settings,
+            "threads": rayon::current_num_threads(),
+            "seconds": self.begin.elapsed().as_secs_f64(),
+            "phase_seconds": phases,
+            "results": results,
+            "files": self.files,
+        });
+        write_atomically(&path, serde_json::to_string_pretty(&report)?.as_bytes())?;
+        Ok(report)
+    }
+
+    /// The flesh as VTU with displacement, det F, fiber stretch and activation; the skin as OBJ and
+    /// glTF, whose morph target leads from rest to the pose.
+    pub fn write_shape(
+        &mut self,
+        name: &str,
+        scene: &Scene,
+        rig: &Rig,
+        parameters: &Parameters,
+        positions: &[[f64; 3]],
+    ) -> Result<(), Failure> {
+        let rest = scene.mesh.nodes();
+        let displacement: Vec<[f64; 3]> = positions
+            .iter()
+            .zip(rest)
+            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
+            .collect();
+        let (stretch, activation) = fibers(scene, rig, parameters, positions);
+        let mut volume = MeshFile::from_tets(&scene.mesh);
+        volume.points = positions.to_vec();
+        let bones = scene.bones.of_node().iter().map(|b| *b as i64);
+        volume
+            .with_point_data(DataArray::vectors("displacement", &displacement))
+            .with_point_data(DataArray::integers("bone", bones))
+            .with_cell_data(DataArray::scalars(
+                "det_F",
+                &rig.assembly().volume_ratios(positions),
+            ))
+            .with_cell_data(DataArray::scalars("fiber_stretch", &stretch))
+            .with_cell_data(DataArray::scalars("activation", &activation))
+            .write(self.path(&format!("{name}.vtu")))?;
+
+        let skin = scene.surface();
+        let (at_rest, posed) = (carry(scene, &skin, rest), carry(scene, &skin, positions));
+        let text = obj(name, &posed, &skin.triangles)?;
+        write_atomically(&self.path(&format!("{name}.obj")), text.as_bytes())?;
+        let displacements: Vec<[f64; 3]> = posed
+            .iter()
+            .zip(&at_rest)
+            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
+            .collect();
+        let binary = glb(&GlbMesh {
+            name,
+            points: &at_rest,
+            triangles: &skin.triangles,
+            base_color: [0.62, 0.40, 0.32],
+            targets: &[MorphTarget {
+                name,
+                displacements: &displacements,
+            }],
+        })?;
+        write_atomically(&self.path(&format!("{name}.glb")), &binary)?;
+        Ok(())
+    }
+}
+
+/// Writes a line to the standard output. A reader who has seen enough and closed it is no failure.
+///
+/// # Errors
+/// When it cannot be written for another reason.
+pub fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Output(format!("standard output: {e}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The skin's vertices when the flesh is at `positions`.
+pub fn carry(scene: &Scene, skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    skin.points
+        .iter()
+        .map(|p| p.position(&scene.mesh, positions))
+        .collect()
+}
+
+/// Per tet: stretch of its dominant fiber (1 without) and its activation, weighted.
+fn fibers(
+    scene: &Scene,
+    rig: &Rig,
+    parameters: &Parameters,
+    positions: &[[f64; 3]],
+) -> (Vec<f64>, Vec<f64>) {
+    let gradients = rig.assembly().deformation_gradients(positions);
+    (0..)
+        .zip(gradients)
+        .map(|(tet, gradient)| {
+            let of_tet = scene.fiber_field.of_tet(tet);
+            let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+            let stretch = dominant.map_or(1.0, |f| {
+                gradient
+                    .mul_vec(f.direction)
+                    .iter()
+                    .map(|c| c * c)
+                    .sum::<f64>()
+                    .sqrt()
+            });
+            let activation: f64 = of_tet
+                .iter()
+                .map(|f| f.weight * parameters.activations[f.muscle as usize])
+                .sum();
+            (stretch, activation)
+        })
+        .unzip()
+}

@@ -1,0 +1,277 @@
+//! The program as its user meets it: exit codes, messages, files.
+
+use face_scenes::Scene;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn face_rig(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_face-rig"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn refused(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let output = face_rig(folder, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    for word in words {
+        assert!(
+            message.contains(word),
+            "{arguments:?} should mention {word}: {message}"
+        );
+    }
+}
+
+#[test]
+fn bad_input_is_named_and_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let simulate = |setting| vec!["simulate", "builtin:5000", "--set", setting];
+    refused(
+        at,
+        &simulate("zygomaticus_major=7"),
+        3,
+        &["zygomaticus_major=7", "0 (relaxed) to 1"],
+    );
+    refused(
+        at,
+        &simulate("zygomaticus_mayor=0.5"),
+        3,
+        &["zygomaticus_mayor", "did you mean"],
+    );
+    refused(
+        at,
+        &["simulate", "builtin:5000", "--jaw", "12"],
+        3,
+        &["12", "deg"],
+    );
+    refused(at, &["check", "nothing.json"], 3, &["nothing.json"]);
+    refused(at, &["check", "builtin:12"], 3, &["4000"]);
+    refused(at, &["check", "builtin:many"], 3, &["whole number"]);
+    refused(at, &["fit", "builtin:5000"], 3, &["no targets"]);
+    refused(at, &["pose"], 2, &["pose"]);
+    for (option, value) in [
+        ("--relax", "NaN"),
+        ("--relax", "-1"),
+        ("--robust", "0"),
+        ("--stop", "inf"),
+        ("--threads", "0"),
+    ] {
+        refused(
+            at,
+            &["fit", "builtin:5000", option, value],
+            2,
+            &[option, value],
+        );
+    }
+    refused(
+        at,
+        &["fit", "builtin:5000", "--target", "smile"],
+        3,
+        &["--targets"],
+    );
+    refused(at, &["demo", "--tets", "10"], 3, &["4000 to 2000000"]);
+    std::fs::write(at.join("empty.csv"), "target,landmark,ict_vertex,x,y,z\n").unwrap();
+    refused(
+        at,
+        &["fit", "builtin:5000", "--targets", "empty.csv"],
+        3,
+        &["target"],
+    );
+    let left: Vec<_> = std::fs::read_dir(at)
+        .unwrap()
+        .map(|e| e.unwrap().file_name())
+        .collect();
+    assert_eq!(left, ["empty.csv"]);
+}
+
+#[test]
+fn a_reader_that_closes_the_pipe_is_no_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_face-rig"))
+        .args(["check", "builtin:5000"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    assert!(message.is_empty(), "{message}");
+}
+
+#[test]
+fn a_pose_is_written_whole_and_never_over_other_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let arguments = [
+        "simulate",
+        "builtin:5000",
+        "--set",
+        "zygomaticus_major=0.3",
+        "--jaw",
+        "4deg",
+        "--json",
+    ];
+    let output = face_rig(at, &arguments);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let results = &report["results"];
+    assert_eq!(results["inverted_tets"], 0);
+    assert!(results["largest_displacement_mm"].as_f64().unwrap() > 2.0);
+    for name in [
+        "pose.vtu",
+        "pose.obj",
+        "pose.glb",
+        "pose.png",
+        "report.json",
+    ] {
+        assert!(
+            at.join("out").join(name).metadata().unwrap().len() > 100,
+            "{name}"
+        );
+    }
+    let before = std::fs::read(at.join("out/pose.vtu")).unwrap();
+    refused(at, &arguments, 4, &["out", "--force"]);
+    assert_eq!(std::fs::read(at.join("out/pose.vtu")).unwrap(), before);
+    let mut forced = arguments.to_vec();
+    forced.push("--force");
+    assert!(face_rig(at, &forced).status.success());
+    assert_eq!(
+        std::fs::read(at.join("out/pose.vtu")).unwrap(),
+        before,
+        "same input, same bytes"
+    );
+}
+
+#[test]
+fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let scene = r#"{ "name": "small", "face": { "builtin": { "tets": 5000 } },
+        "material": { "preset": "soft_tissue" } }"#;
+    std::fs::write(at.join("small.json"), scene).unwrap();
+    let jacobian = face_rig(at, &["jacobian", "small.json", "--out", "j"]);
+    assert!(
+        jacobian.status.success(),
+        "{}",
+        String::from_utf8_lossy(&jacobian.stderr)
+    );
+    let table = std::fs::read_to_string(at.join("j/jacobian.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + 3 * 68);
+    // The first column of the jaw's translation is how landmarks follow a jaw that slides left:
+    // shifted targets made of it are reached by sliding the jaw.
+    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let column = header.iter().position(|h| *h == "jaw_tx").unwrap();
+    let check = face_rig(at, &["check", "small.json", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&check.stdout).unwrap();
+    assert_eq!(report["landmarks"], 68);
+    let follow = |row: &str| -> f64 {
+        let line = table.lines().find(|l| l.starts_with(row)).unwrap();
+        line.split(',').nth(column).unwrap().parse().unwrap()
+    };
+    let chin = follow("8,x");
+    assert!(chin > 0.5 && chin < 1.1, "the chin follows by {chin}");
+
+    // Two frames of a sequence, the jaw 1 and 2 mm to the left.
+    let face = Scene::builtin(5000).unwrap();
+    let mut targets = String::from("target,landmark,ict_vertex,x,y,z,weight\n");
+    for (name, slide) in [("frame 1", 1e-3), ("frame 2", 2e-3)] {
+        for l in &face.landmarks {
+            let rest = l.point.rest_position(&face.mesh);
+            let [x, y, z] =
+                ["x", "y", "z"].map(|axis| slide * follow(&format!("{},{axis}", l.index)));
+            let (x, y, z) = (rest[0] + x, rest[1] + y, rest[2] + z);
+            let weight = if l.index < 17 { 2.0 } else { 1.0 };
+            targets += &format!("{name},{},0,{x:e},{y:e},{z:e},{weight}\n", l.index);
+        }
+    }
+    std::fs::write(at.join("sequence.csv"), &targets).unwrap();
+    let arguments = [
+        "fit",
+        "small.json",
+        "--targets",
+        "sequence.csv",
+        "--warm-start",
+        "--json",
+    ];
+    let fit = face_rig(at, &arguments);
+    assert!(
+        fit.status.success(),
+        "{}",
+        String::from_utf8_lossy(&fit.stderr)
+    );
+    let report: serde_json::Value = serde_json::from_slice(&fit.stdout).unwrap();
+    for (k, frame) in report["results"]["fits"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .enumerate()
+    {
+        let slide = frame["jaw_slide_mm"][0].as_f64().unwrap();
+        assert!(
+            (slide - (k + 1) as f64).abs() < 0.1,
+            "frame {k}: {slide} mm"
+        );
+        let (before, after) = (&frame["rms_before_mm"], &frame["rms_after_mm"]);
+        assert!(after.as_f64().unwrap() < 0.1 * before.as_f64().unwrap());
+        assert_eq!(frame["inverted_tets"], 0);
+        assert!(at.join(format!("out/frame {}.vtu", k + 1)).is_file());
+    }
+
+    let with = |from: &str, to: &str| std::fs::write(at.join("bad.csv"), targets.replace(from, to));
+    let fit_bad = ["fit", "small.json", "--targets", "bad.csv", "--out", "bad"];
+    with("frame 2", "../frame 2").unwrap();
+    refused(
+        at,
+        &fit_bad,
+        3,
+        &["bad.csv", "line 70", "../frame 2", "letters"],
+    );
+    let mut millimeters = String::from("target,landmark,ict_vertex,x,y,z\n");
+    for l in &face.landmarks {
+        let [x, y, z] = l.point.rest_position(&face.mesh).map(|v| 1e3 * v);
+        millimeters += &format!("open,{},0,{x},{y},{z}\n", l.index);
+    }
+    std::fs::write(at.join("bad.csv"), millimeters).unwrap();
+    refused(at, &fit_bad, 3, &["bad.csv", "line 2", "are these meters"]);
+    with(",2\n", ",-2\n").unwrap();
+    refused(at, &fit_bad, 3, &["bad.csv", "line 2", "weight -2"]);
+    refused(
+        at,
+        &[
+            "fit",
+            "small.json",
+            "--targets",
+            "sequence.csv",
+            "--target",
+            "frame 1",
+        ],
+        4,
+        &["--force"],
+    );
+    refused(
+        at,
+        &[
+            "fit",
+            "small.json",
+            "--targets",
+            "sequence.csv",
+            "--target",
+            "smile",
+            "--out",
+            "bad",
+        ],
+        3,
+        &["small.json", "no target \"smile\""],
+    );
+    assert!(!at.join("bad").exists());
+}

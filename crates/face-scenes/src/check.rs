@@ -1,0 +1,371 @@
+//! What was understood of a scene, and what looks wrong.
+
+use super::{Region, Scene, TargetKind};
+use face_rig::anatomy::{Bone, Side};
+use fem_assembly::mesh::Quality;
+use serde::Serialize;
+use std::fmt;
+
+/// The result of [`check`]: counts, sizes, quality, and warnings. `Display` prints it for people.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckReport {
+    /// Title of the scene.
+    pub name: String,
+    /// The flesh.
+    pub mesh: MeshReport,
+    /// Free, cranium and jaw nodes.
+    pub nodes_per_bone: [usize; 3],
+    /// Tets all of whose nodes are prescribed.
+    pub tets_all_prescribed: usize,
+    /// Tets that touch the cranium and the jaw: they tear or fold when the jaw moves far.
+    pub tets_touching_both_bones: usize,
+    /// The regions and how many tets each has.
+    pub regions: Vec<(Region, usize)>,
+    /// The muscles.
+    pub muscles: Vec<MuscleReport>,
+    /// Tets with at least one muscle.
+    pub muscle_tets: usize,
+    /// Most muscles in one tet.
+    pub most_muscles_in_a_tet: usize,
+    /// Landmarks.
+    pub landmarks: usize,
+    /// Embedded points.
+    pub embedded_points: usize,
+    /// Vertices of the skin of dense targets.
+    pub skin_vertices: usize,
+    /// Targets that are expressions.
+    pub expressions: usize,
+    /// Targets that are other people.
+    pub identities: usize,
+    /// What looks wrong, each with its cure.
+    pub warnings: Vec<String>,
+}
+
+/// Size and shape of the flesh.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeshReport {
+    /// Tetrahedra.
+    pub tets: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Face-connected pieces.
+    pub components: usize,
+    /// Elements whose orientation was repaired.
+    pub turned_over: usize,
+    /// Width, height and depth, meters.
+    pub size: [f64; 3],
+    /// m³.
+    pub volume: f64,
+    /// Degrees.
+    pub smallest_dihedral: f64,
+    /// Degrees.
+    pub largest_dihedral: f64,
+    /// Smallest ratio of inscribed to circumscribed radius, times 3.
+    pub smallest_radius_ratio: f64,
+    /// Shortest, median and longest edge, meters.
+    pub edge_lengths: [f64; 3],
+    /// Tets with a dihedral angle under 10 degrees.
+    pub slivers: usize,
+    /// The worst ten tets, worst first.
+    pub worst: Vec<u32>,
+}
+
+/// One muscle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MuscleReport {
+    /// Its name.
+    pub name: String,
+    /// Its side.
+    pub side: Side,
+    /// Elements it runs through.
+    pub tets: usize,
+    /// Its volume (weight times the tets' volumes), m³.
+    pub volume: f64,
+}
+
+/// Looks a scene over.
+pub fn check(scene: &Scene) -> CheckReport {
+    let mesh = mesh_report(scene);
+    let of_node = scene.bones.of_node();
+    let (mut all_prescribed, mut both) = (0, 0);
+    for tet in scene.mesh.tets() {
+        let on = |bone| tet.iter().filter(|&&n| of_node[n as usize] == bone).count();
+        all_prescribed += usize::from(on(Bone::Free) == 0);
+        both += usize::from(on(Bone::Cranium) > 0 && on(Bone::Jaw) > 0);
+    }
+    let (muscles, muscle_tets, most, crowded) = muscle_report(scene);
+    let tets_of = |r: usize| {
+        scene
+            .region_of_tet
+            .iter()
+            .filter(|&&t| t as usize == r)
+            .count()
+    };
+    let identity = |kind| scene.targets.iter().filter(|t| t.kind == kind).count();
+    let mut report = CheckReport {
+        name: scene.name.clone(),
+        mesh,
+        nodes_per_bone: [
+            scene.bones.free.len(),
+            scene.bones.cranium.len(),
+            scene.bones.jaw.len(),
+        ],
+        tets_all_prescribed: all_prescribed,
+        tets_touching_both_bones: both,
+        regions: scene
+            .regions
+            .iter()
+            .cloned()
+            .enumerate()
+            .map(|(k, r)| (r, tets_of(k)))
+            .collect(),
+        muscles,
+        muscle_tets,
+        most_muscles_in_a_tet: most,
+        landmarks: scene.landmarks.len(),
+        embedded_points: scene.embedding.len(),
+        skin_vertices: scene.skin.as_ref().map_or(0, |s| s.points.len()),
+        expressions: identity(TargetKind::Expression),
+        identities: identity(TargetKind::Identity),
+        warnings: Vec::new(),
+    };
+    report.warnings = warnings(scene, &report, crowded);
+    report
+}
+
+fn mesh_report(scene: &Scene) -> MeshReport {
+    let quality = Quality::measure(&scene.mesh);
+    let (low, high) = scene.mesh.bounding_box();
+    let edges = quality.edge_length;
+    MeshReport {
+        tets: scene.mesh.num_elements(),
+        nodes: scene.mesh.num_nodes(),
+        components: scene.mesh.components().1,
+        turned_over: scene.repairs.turned_over.len(),
+        size: std::array::from_fn(|i| high[i] - low[i]),
+        volume: quality.volume,
+        smallest_dihedral: quality.smallest_dihedral.min,
+        largest_dihedral: quality.largest_dihedral.max,
+        smallest_radius_ratio: quality.radius_ratio.min,
+        edge_lengths: [edges.min, edges.median, edges.max],
+        slivers: quality.slivers,
+        worst: quality.worst,
+    }
+}
+
+/// Muscles, tets with muscles, most muscles in a tet, tets whose weights sum to over 1.05.
+fn muscle_report(scene: &Scene) -> (Vec<MuscleReport>, usize, usize, usize) {
+    let mut muscles: Vec<MuscleReport> = scene
+        .muscles
+        .iter()
+        .map(|m| MuscleReport {
+            name: m.name.clone(),
+            side: m.side(),
+            tets: 0,
+            volume: 0.0,
+        })
+        .collect();
+    let (mut tets, mut most, mut crowded) = (0, 0, 0);
+    for in_tet in scene.fiber_field.entries().chunk_by(|a, b| a.tet == b.tet) {
+        let volume = scene.mesh.volume(in_tet[0].tet as usize);
+        for entry in in_tet {
+            let muscle = &mut muscles[entry.muscle as usize];
+            muscle.tets += 1;
+            muscle.volume += entry.weight * volume;
+        }
+        tets += 1;
+        most = most.max(in_tet.len());
+        crowded += usize::from(in_tet.iter().map(|e| e.weight).sum::<f64>() > 1.05);
+    }
+    (muscles, tets, most, crowded)
+}
+
+/// Units whose factor to meters a scene's `scale` can give.
+const UNITS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("inches", 0.0254), ("µm", 1e-6)];
+
+/// "this face is 180 m tall …" for a face that is not 8 cm to 80 cm tall.
+fn units_warning(height: f64) -> Option<String> {
+    let plausible = |h: f64| (0.08..=0.8).contains(&h);
+    if plausible(height) {
+        return None;
+    }
+    let guess = UNITS.iter().find(|(_, factor)| plausible(height * factor));
+    let cure = guess.map_or_else(
+        || "set \"scale\" to the meters per unit of the files".into(),
+        |(unit, factor)| format!("did you mean {unit}? add \"scale\": {factor}"),
+    );
+    Some(format!(
+        "this face is {height:.3} m tall: meters expected, {cure}"
+    ))
+}
+
+fn warnings(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let mut warn = |condition: bool, text: String| {
+        if condition {
+            warnings.push(text);
+        }
+    };
+    let units = units_warning(report.mesh.size[1]);
+    warn(units.is_some(), units.unwrap_or_default());
+    let mesh = &report.mesh;
+    let pieces = mesh.components;
+    warn(
+        pieces > 1,
+        format!(
+            "the flesh has {pieces} pieces that share no face; pieces without bone nodes float away"
+        ),
+    );
+    let turned = mesh.turned_over;
+    warn(
+        turned > 0,
+        format!("{turned} tets had negative volume and were turned over; check the mesh's axes"),
+    );
+    warn(
+        mesh.smallest_dihedral < 5.0,
+        format!(
+            "dihedral angles down to {:.1}°; remesh around {:?}",
+            mesh.smallest_dihedral, mesh.worst
+        ),
+    );
+    warn(
+        scene.bones.jaw.is_empty(),
+        "no node hangs on the jaw: its motion will do nothing; label its nodes".into(),
+    );
+    let both = report.tets_touching_both_bones;
+    warn(
+        both > 0,
+        format!(
+            "{both} tets touch the cranium and the jaw; they limit how far the jaw opens, refine there"
+        ),
+    );
+    for muscle in report.muscles.iter().filter(|m| m.tets == 0) {
+        let name = &muscle.name;
+        warn(
+            true,
+            format!("muscle {name} runs through no tet and does nothing; refine or check its path"),
+        );
+    }
+    for muscle in &scene.muscles {
+        let partner = match muscle.side() {
+            Side::Left => muscle.name.strip_suffix('L').map(|s| format!("{s}R")),
+            Side::Right => muscle.name.strip_suffix('R').map(|s| format!("{s}L")),
+            Side::Middle => None,
+        };
+        if let Some(partner) = partner {
+            let alone = !scene.muscles.iter().any(|m| m.name == partner);
+            warn(
+                alone,
+                format!("muscle {} has no partner {partner}", muscle.name),
+            );
+        }
+    }
+    warn(
+        crowded > 0,
+        format!(
+            "in {crowded} tets the muscles' weights sum to more than 1: more flesh than there is room for"
+        ),
+    );
+    let landmarks = report.landmarks;
+    warn(
+        landmarks != 0 && landmarks != 68,
+        format!("{landmarks} landmarks instead of the usual 68"),
+    );
+    for target in &scene.targets {
+        let (goals, name) = (target.landmarks.len(), &target.name);
+        warn(
+            goals < landmarks,
+            format!("target {name} has {goals} of {landmarks} landmarks; the others are ignored"),
+        );
+    }
+    warnings
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let m = &self.mesh;
+        let [w, h, d] = m.size.map(|v| v * 1e3);
+        let [shortest, median, longest] = m.edge_lengths.map(|v| v * 1e3);
+        writeln!(f, "{}", self.name)?;
+        writeln!(
+            f,
+            "  mesh       {} tets, {} nodes, {} piece(s)",
+            m.tets, m.nodes, m.components
+        )?;
+        writeln!(
+            f,
+            "  size       {w:.1} x {h:.1} x {d:.1} mm, {:.1} cm³",
+            m.volume * 1e6
+        )?;
+        writeln!(
+            f,
+            "  quality    dihedral angles {:.1}° to {:.1}°, {} tets under 10°, radius ratio from {:.3}",
+            m.smallest_dihedral, m.largest_dihedral, m.slivers, m.smallest_radius_ratio
+        )?;
+        writeln!(
+            f,
+            "             edges {shortest:.2} to {longest:.2} mm, median {median:.2} mm"
+        )?;
+        writeln!(f, "             worst tets {:?}", m.worst)?;
+        let [free, cranium, jaw] = self.nodes_per_bone;
+        writeln!(f, "  nodes      {free} free, {cranium} cranium, {jaw} jaw")?;
+        writeln!(
+            f,
+            "  tets       {} with all nodes prescribed, {} touching both bones",
+            self.tets_all_prescribed, self.tets_touching_both_bones
+        )?;
+        for (region, tets) in &self.regions {
+            writeln!(
+                f,
+                "  region     {}: {tets} tets, {:?}",
+                region.name, region.material
+            )?;
+        }
+        writeln!(
+            f,
+            "  muscles    {}, in {} tets, at most {} in one",
+            self.muscles.len(),
+            self.muscle_tets,
+            self.most_muscles_in_a_tet
+        )?;
+        for muscle in &self.muscles {
+            let side = match muscle.side {
+                Side::Left => "left",
+                Side::Right => "right",
+                Side::Middle => "middle",
+            };
+            let (name, tets, cm3) = (&muscle.name, muscle.tets, muscle.volume * 1e6);
+            writeln!(f, "    {name:<44} {side:<6} {tets:>7} tets {cm3:>8.3} cm³")?;
+        }
+        writeln!(
+            f,
+            "  points     {} landmarks, {} embedded, {} on the skin of dense targets",
+            self.landmarks, self.embedded_points, self.skin_vertices
+        )?;
+        writeln!(
+            f,
+            "  targets    {} expressions, {} identities",
+            self.expressions, self.identities
+        )?;
+        for warning in &self.warnings {
+            writeln!(f, "  warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::units_warning;
+
+    #[test]
+    fn units_are_guessed_from_the_height() {
+        assert_eq!(units_warning(0.22), None);
+        let text = units_warning(180.0).expect("too tall");
+        let cure =
+            "this face is 180.000 m tall: meters expected, did you mean mm? add \"scale\": 0.001";
+        assert_eq!(text, cure);
+        assert!(units_warning(22.0).is_some_and(|t| t.contains("did you mean cm?")));
+        assert!(units_warning(1e-4).is_some_and(|t| t.contains("meters per unit")));
+    }
+}

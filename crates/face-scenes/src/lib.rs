@@ -1,0 +1,296 @@
+//! Scenes: everything a face needs, by name, with every inconsistency an error that says where.
+//!
+//! A [`Scene`] is read from files or made by the program ([`builtin`]); [`Scene::rig`] makes it a
+//! [`Rig`](face_rig::rig::Rig), and [`fit_expression`] fits one of its targets.
+//!
+//! ```
+//! use face_rig::rig::{Direction, Parameters, RigParams};
+//! use face_scenes::Scene;
+//!
+//! let scene = Scene::builtin(5_000)?;
+//! let mut rig = scene.rig(RigParams::default())?;
+//! let mut pose = Parameters::rest(rig.muscles());
+//! let smile = scene.muscles.iter().position(|m| m.name == "zygomaticus_major_L").unwrap();
+//! pose.activations[smile] = 0.3;
+//! rig.solve(&pose)?;
+//!
+//! // The left corner of the mouth (landmark 54) rises, and would rise further with more tension.
+//! let corner = scene.carried_landmarks([54]).0[0];
+//! let risen = corner.position(&rig.solved().positions())[1] - corner.position(scene.mesh.nodes())[1];
+//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])[0];
+//! assert!(risen > 0.0 && corner.position(slope)[1] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Scene files
+//!
+//! A scene is one JSON file. Lengths are meters (or `scale` meters per unit), moduli pascals, paths
+//! relative to the file. Unknown fields are refused.
+//!
+//! ```json
+//! {
+//!   "name": "a head",
+//!   "scale": 1.0,
+//!   "face": { "files": {
+//!     "mesh": "head.vtu",
+//!     "bones": { "array": "bone", "free": 0, "cranium": 1, "jaw": 2 },
+//!     "hinge": { "line": { "point": [0, -0.0055, 0.018], "axis": [1, 0, 0] } },
+//!     "muscles": {
+//!       "names": { "file": "muscles.json" },
+//!       "fibers": { "table": "muscle_tets.csv" }
+//!     },
+//!     "embedding": "embedding.csv",
+//!     "landmarks": { "file": "landmarks.csv", "rest": "rest" }
+//!   } },
+//!   "material": { "stable_neo_hookean": { "young": 30e3, "poisson": 0.47 } },
+//!   "regions": { "array": "layer", "labels": [
+//!     { "label": 2, "name": "fat", "material": { "preset": "soft_mooney_rivlin" } }
+//!   ] },
+//!   "fibers": { "curve": "physbam", "stretch": "total", "sigma_max": 200e3, "lambda_ofl": 1.0 },
+//!   "targets": {
+//!     "landmarks": "landmarks.csv", "skip": ["rest"], "identities": ["identity_"],
+//!     "dense": { "file": "targets.vtu", "vertex": "ict_vertex", "prefix": "disp_" },
+//!     "truth": "targets.json"
+//!   }
+//! }
+//! ```
+//!
+//! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
+//! * `turned_over`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
+//! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` and `hinge_axis`.
+//! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
+//!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
+//!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
+//! * `material`: `preset`, `mooney_rivlin { a, b, bulk }`, `stable_neo_hookean { young, poisson }` or
+//!   `neo_hookean { young, poisson }`.
+//! * `fibers.curve`: `"physbam"`, `"blemker"` or `{ "table": { "active": [[l, f], …], "passive": … } }`;
+//!   `stretch`: `"plain"` or `"deviatoric"`.
+//! * Without `embedding`, landmarks are placed by their positions at rest.
+//!
+//! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
+//! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
+
+pub mod builtin;
+
+mod assembly;
+mod check;
+mod error;
+mod expression;
+mod format;
+mod generated;
+mod json;
+mod load;
+mod material;
+mod muscles;
+mod names;
+mod pose;
+mod rig;
+mod table;
+mod targets;
+
+pub use check::{CheckReport, MeshReport, MuscleReport, check};
+pub use error::SceneError;
+pub use expression::{ExpressionFit, Observed, Outcome, fit_expression};
+pub use format::{
+    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, LandmarksSpec,
+    MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, TurnedOver,
+};
+pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, PassiveMaterial, Region};
+pub use pose::{SettingError, parse_activations, parse_angle};
+pub use rig::RigSceneError;
+
+use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
+use fem_assembly::mesh::{Repairs, SimplexMesh};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// A face with everything known about it, as plain data; meters and pascals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Title for reports.
+    pub name: String,
+    /// The scene file; empty for a scene made in memory.
+    pub path: PathBuf,
+    /// The flesh at rest.
+    pub mesh: SimplexMesh<3>,
+    /// What was repaired in the mesh.
+    pub repairs: Repairs,
+    /// Which nodes hang on which bone.
+    pub bones: Bones,
+    /// The jaw's hinge.
+    pub hinge: JawHinge,
+    /// The muscles, in the order of the activations.
+    pub muscles: Vec<Muscle>,
+    /// Which elements they fill.
+    pub fiber_field: FiberField,
+    /// What all of them share.
+    pub fibers: Fibers,
+    /// What the flesh is made of; the first is the scene's own material.
+    pub regions: Vec<Region>,
+    /// The region of every element.
+    pub region_of_tet: Vec<u32>,
+    /// Points on the mesh, by number.
+    pub embedding: Vec<EmbeddedPoint>,
+    /// The landmarks, ascending by index.
+    pub landmarks: Vec<Landmark>,
+    /// The skin: of dense targets, or of the built-in face.
+    pub skin: Option<Skin>,
+    /// The expressions to fit.
+    pub targets: Vec<Target>,
+    /// Names in a table of targets that are none, such as the rest state.
+    pub skip: Vec<String>,
+    /// Names that start like this are other people, not expressions.
+    pub identities: Vec<String>,
+}
+
+/// A landmark that rides on the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Landmark {
+    /// Its index, 0 to 67 in Multi-PIE order.
+    pub index: u32,
+    /// Where it rides.
+    pub point: EmbeddedPoint,
+}
+
+/// A skin surface that rides on the mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skin {
+    /// Its vertices.
+    pub points: Vec<EmbeddedPoint>,
+    /// Where they are at rest, meters.
+    pub rest: Vec<[f64; 3]>,
+    /// Triangles between them.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Skin {
+    /// A surface whose vertices are nodes of the mesh, numbered by them.
+    ///
+    /// # Panics
+    /// If a triangle names a node that belongs to no element.
+    pub fn of_nodes(mesh: &SimplexMesh<3>, triangles: &[[u32; 3]]) -> Self {
+        let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let around = mesh.node_elements();
+        let embed = |&n: &u32| {
+            let tet = around.row(n as usize)[0];
+            let corner = mesh
+                .tet(tet as usize)
+                .map(|m| if m == n { 1.0 } else { 0.0 });
+            EmbeddedPoint {
+                id: n,
+                tet,
+                weights: corner,
+            }
+        };
+        let place = |n: &u32| nodes.partition_point(|m| m < n) as u32;
+        Self {
+            points: nodes.iter().map(embed).collect(),
+            rest: nodes.iter().map(|&n| mesh.node(n)).collect(),
+            triangles: triangles
+                .iter()
+                .map(|t| [place(&t[0]), place(&t[1]), place(&t[2])])
+                .collect(),
+        }
+    }
+}
+
+/// What a target shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TargetKind {
+    /// The same person with another expression.
+    Expression,
+    /// Another person, whom muscles cannot reach.
+    Identity,
+}
+
+/// An expression to fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Its name.
+    pub name: String,
+    /// What it shows.
+    pub kind: TargetKind,
+    /// Goals, meters: (place in [`Scene::landmarks`], position), ascending.
+    pub landmarks: Vec<(usize, [f64; 3])>,
+    /// How much each of them counts, 0 or more; empty for 1 everywhere.
+    pub weights: Vec<f64>,
+    /// Goals of the vertices of [`Scene::skin`], meters, one each.
+    pub dense: Option<Vec<[f64; 3]>>,
+    /// The rigid jaw motion behind it where known: to compare with, not to fit with.
+    pub jaw_truth: Option<AffineMap>,
+}
+
+impl Scene {
+    /// Reads a scene file and all files that it names.
+    ///
+    /// # Errors
+    /// [`SceneError`]: every inconsistency, with file, place and cure.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        load::load(path.as_ref())
+    }
+
+    /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; meters;
+    /// a path from the current folder), in order of first appearance; the scene's own names to
+    /// skip (`rest` if it has none) and of identities hold for it too.
+    ///
+    /// # Errors
+    /// [`SceneError`] with file, line and cure.
+    pub fn read_targets(&mut self, file: &Path) -> Result<(), SceneError> {
+        let place = load::Place {
+            path: &self.path,
+            scale: 1.0,
+        };
+        let spec = TargetsSpec {
+            landmarks: std::path::absolute(file).map_err(SceneError::io(file))?,
+            skip: self.skip.clone(),
+            identities: self.identities.clone(),
+            dense: None,
+            truth: None,
+        };
+        self.targets =
+            targets::load(&place, &spec, &self.mesh, &self.landmarks, &self.embedding)?.1;
+        Ok(())
+    }
+
+    /// The built-in face of about `tets` tetrahedra as a scene: soft tissue, no targets, its skin as
+    /// [`Scene::skin`].
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] for a number of tetrahedra that cannot be made.
+    pub fn builtin(tets: usize) -> Result<Self, SceneError> {
+        generated::scene(tets)
+    }
+
+    /// The surface to draw: [`Scene::skin`], or else the whole boundary of the mesh.
+    pub fn surface(&self) -> Skin {
+        self.skin
+            .clone()
+            .unwrap_or_else(|| Skin::of_nodes(&self.mesh, &self.mesh.boundary().faces))
+    }
+
+    /// The target of that name.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`], with a suggestion for names that are almost right.
+    pub fn target(&self, name: &str) -> Result<&Target, SceneError> {
+        self.targets.iter().find(|t| t.name == name).ok_or_else(|| {
+            let hint = names::hint(name, self.targets.iter().map(|t| t.name.as_str()));
+            let place = if self.path.as_os_str().is_empty() {
+                Path::new(&self.name)
+            } else {
+                &self.path
+            };
+            let reason = match self.targets.as_slice() {
+                [] => "the scene has no targets; name a table with --targets".to_owned(),
+                _ => format!("there is no target \"{name}\"{hint}"),
+            };
+            SceneError::invalid(place, "targets", reason)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,277 @@
+//! From a scene file to plain data: the flesh, its bones and what it is made of.
+
+use super::format::{
+    BonesSpec, FaceSource, FilesSpec, HingeSpec, RegionsSpec, SceneFile, TurnedOver,
+};
+use super::material::{Fibers, MaterialSpec, PassiveMaterial, Region};
+use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
+use face_rig::anatomy::{Bone, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
+use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Where a scene's files are: relative to the scene file.
+pub(super) struct Place<'a> {
+    /// The scene file.
+    pub path: &'a Path,
+    /// Metres per unit of length.
+    pub scale: f64,
+}
+
+impl Place<'_> {
+    pub fn file(&self, relative: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(relative)
+    }
+    pub fn field(&self, field: impl Into<String>, reason: impl Into<String>) -> SceneError {
+        SceneError::invalid(self.path, field, reason)
+    }
+}
+
+/// A face without its targets.
+pub(super) struct Flesh {
+    pub mesh: SimplexMesh<3>,
+    pub repairs: Repairs,
+    pub bones: Bones,
+    pub hinge: JawHinge,
+    pub muscles: Vec<Muscle>,
+    pub fiber_field: FiberField,
+    pub regions: Vec<Region>,
+    pub region_of_tet: Vec<u32>,
+    pub embedding: Vec<EmbeddedPoint>,
+    pub landmarks: Vec<Landmark>,
+    pub skin: Option<Skin>,
+}
+
+pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
+    let file = SceneFile::read(path)?;
+    let place = Place {
+        path,
+        scale: file.scale,
+    };
+    if !(file.scale > 0.0 && file.scale.is_finite()) {
+        let reason = format!(
+            "{} must be meters per unit, above 0; 0.001 for mm",
+            file.scale
+        );
+        return Err(place.field("scale", reason));
+    }
+    if let Some(defect) = file.fibers.defect() {
+        return Err(place.field("fibers", defect));
+    }
+    let material = material(&place, "material", &file.material)?;
+    let flesh = match &file.face {
+        FaceSource::Files(files) => from_files(&place, files, file.regions.as_ref(), material)?,
+        FaceSource::Builtin(_) if file.regions.is_some() => {
+            let reason = "the built-in face has no arrays to tell regions by; leave it out";
+            return Err(place.field("regions", reason));
+        }
+        FaceSource::Builtin(spec) => generated::flesh(&place, spec.tets, material)?,
+    };
+    let name = match file.name.as_str() {
+        "" => path.file_stem().unwrap_or_default().to_string_lossy(),
+        name => name.into(),
+    };
+    let (skin, targets) = match &file.targets {
+        Some(spec) => targets::load(
+            &place,
+            spec,
+            &flesh.mesh,
+            &flesh.landmarks,
+            &flesh.embedding,
+        )?,
+        None => (None, Vec::new()),
+    };
+    let mut scene = flesh.scene(name.into_owned(), file.fibers);
+    scene.path = path.to_path_buf();
+    scene.skin = skin.or(scene.skin);
+    scene.targets = targets;
+    if let Some(spec) = file.targets {
+        scene.identities = spec.identities;
+        if !spec.skip.is_empty() {
+            scene.skip = spec.skip;
+        }
+    }
+    Ok(scene)
+}
+
+impl Flesh {
+    /// The scene without targets.
+    pub fn scene(self, name: String, fibers: Fibers) -> Scene {
+        Scene {
+            name,
+            path: PathBuf::new(),
+            mesh: self.mesh,
+            repairs: self.repairs,
+            bones: self.bones,
+            hinge: self.hinge,
+            muscles: self.muscles,
+            fiber_field: self.fiber_field,
+            fibers,
+            regions: self.regions,
+            region_of_tet: self.region_of_tet,
+            embedding: self.embedding,
+            landmarks: self.landmarks,
+            skin: self.skin,
+            targets: Vec::new(),
+            skip: vec!["rest".into()],
+            identities: Vec::new(),
+        }
+    }
+}
+
+fn from_files(
+    place: &Place,
+    files: &FilesSpec,
+    region_spec: Option<&RegionsSpec>,
+    material: PassiveMaterial,
+) -> Result<Flesh, SceneError> {
+    let mesh_file = MeshFile::read(place.file(&files.mesh))?;
+    let (mesh, repairs) = mesh(place, files, &mesh_file)?;
+    let bones = bones(&mesh_file, &files.bones)?;
+    let hinge = hinge(place, &files.hinge)?;
+    let (muscles, fiber_field) = muscles::load(place, &files.muscles, &mesh_file, &mesh)?;
+    let (regions, region_of_tet) = regions(place, region_spec, &mesh_file, material)?;
+    let (embedding, landmarks) = targets::points(place, files, &mesh, &repairs)?;
+    Ok(Flesh {
+        mesh,
+        repairs,
+        bones,
+        hinge,
+        muscles,
+        fiber_field,
+        regions,
+        region_of_tet,
+        embedding,
+        landmarks,
+        skin: None,
+    })
+}
+
+fn mesh(
+    place: &Place,
+    files: &FilesSpec,
+    file: &MeshFile,
+) -> Result<(SimplexMesh<3>, Repairs), SceneError> {
+    let orientation = match files.turned_over {
+        TurnedOver::Refuse => Orientation::Refuse,
+        TurnedOver::Repair => Orientation::Repair,
+    };
+    let (mesh, repairs) = file.tet_mesh(orientation, Orphans::Refuse)?;
+    let scaled = mesh.scaled(place.scale);
+    let reason = format!("{} makes coordinates overflow", place.scale);
+    Ok((scaled.ok_or_else(|| place.field("scale", reason))?, repairs))
+}
+
+fn bones(file: &MeshFile, spec: &BonesSpec) -> Result<Bones, SceneError> {
+    let labels = file.point_integers(&spec.array)?;
+    let known = [
+        (spec.free, Bone::Free),
+        (spec.cranium, Bone::Cranium),
+        (spec.jaw, Bone::Jaw),
+    ];
+    let bone = |(node, label): (usize, &i64)| {
+        let found = known.iter().find(|(l, _)| l == label);
+        found.map(|&(_, bone)| bone).ok_or_else(|| {
+            let reason = format!(
+                "label {label} is neither free ({}), cranium ({}) nor jaw ({}); correct \"bones\" in \
+                 the scene file",
+                spec.free, spec.cranium, spec.jaw
+            );
+            let place = format!("point data array \"{}\" at point {node}", spec.array);
+            SceneError::invalid(&file.path, place, reason)
+        })
+    };
+    let of_node = labels
+        .iter()
+        .enumerate()
+        .map(bone)
+        .collect::<Result<_, _>>()?;
+    let bones = Bones::new(of_node);
+    let missing = |reason: String| {
+        let place = format!("point data array \"{}\"", spec.array);
+        Err(SceneError::invalid(&file.path, place, reason))
+    };
+    if bones.cranium.is_empty() {
+        let label = spec.cranium;
+        return missing(format!(
+            "no node has the cranium's label {label}; the face would float"
+        ));
+    }
+    if bones.free.is_empty() {
+        return missing(format!("no node has the label {} of free nodes", spec.free));
+    }
+    Ok(bones)
+}
+
+/// Other fields of the file are of no concern here.
+#[derive(Deserialize)]
+struct HingeFile {
+    hinge_point_m: [f64; 3],
+    hinge_axis: [f64; 3],
+}
+
+fn hinge(place: &Place, spec: &HingeSpec) -> Result<JawHinge, SceneError> {
+    let (path, field, point, axis) = match spec {
+        HingeSpec::Line { point, axis } => (
+            place.path.to_path_buf(),
+            "face.files.hinge.line",
+            *point,
+            *axis,
+        ),
+        HingeSpec::File(file) => {
+            let path = place.file(file);
+            let read: HingeFile = json::read(&path)?;
+            (path, "hinge", read.hinge_point_m, read.hinge_axis)
+        }
+    };
+    JawHinge::new(point.map(|v| v * place.scale), axis).map_err(SceneError::hinge(&path, field))
+}
+
+fn material(
+    place: &Place,
+    field: &str,
+    spec: &MaterialSpec,
+) -> Result<PassiveMaterial, SceneError> {
+    spec.resolve().map_err(|reason| place.field(field, reason))
+}
+
+/// Region 0 is the scene's own material; labels follow in their order.
+fn regions(
+    place: &Place,
+    spec: Option<&RegionsSpec>,
+    file: &MeshFile,
+    flesh: PassiveMaterial,
+) -> Result<(Vec<Region>, Vec<u32>), SceneError> {
+    let mut regions = vec![Region::of_all(flesh)];
+    let Some(spec) = spec else {
+        return Ok((regions, vec![0; file.cell_types.len()]));
+    };
+    for (k, region) in spec.labels.iter().enumerate() {
+        let field = format!("regions.labels[{k}]");
+        if spec.labels[..k]
+            .iter()
+            .any(|other| other.label == region.label)
+        {
+            let reason = format!("label {} is given twice", region.label);
+            return Err(place.field(field, reason));
+        }
+        regions.push(Region {
+            name: region.name.clone(),
+            material: material(place, &field, &region.material)?,
+        });
+    }
+    let labels = file.cell_integers(&spec.array)?;
+    let region_of = |label: &i64| {
+        let known = spec.labels.iter().position(|r| r.label == *label);
+        known.map_or(0, |k| k as u32 + 1)
+    };
+    let of_tet: Vec<u32> = labels.iter().map(region_of).collect();
+    for (k, region) in spec.labels.iter().enumerate() {
+        if !of_tet.contains(&(k as u32 + 1)) {
+            let (label, name) = (region.label, &region.name);
+            let reason = format!("no tet of the mesh has label {label} (\"{name}\")");
+            return Err(place.field(format!("regions.labels[{k}]"), reason));
+        }
+    }
+    Ok((regions, of_tet))
+}

@@ -1,0 +1,127 @@
+//! Muscles of a scene: names, and fibers from a sparse table or dense arrays.
+
+use super::format::{FibersSpec, MusclesSpec, NamesSpec};
+use super::load::Place;
+use super::table::Table;
+use super::{SceneError, json};
+use face_rig::anatomy::{FiberEntry, FiberField, Muscle};
+use fem_assembly::mesh::{MeshFile, SimplexMesh};
+use serde::Deserialize;
+use std::path::Path;
+
+/// Other fields of the file are of no concern here.
+#[derive(Deserialize)]
+struct NamedMuscle {
+    index: usize,
+    name: String,
+}
+
+pub(super) fn load(
+    place: &Place,
+    spec: &MusclesSpec,
+    file: &MeshFile,
+    mesh: &SimplexMesh<3>,
+) -> Result<(Vec<Muscle>, FiberField), SceneError> {
+    let muscles = names(place, &spec.names)?;
+    let field = match &spec.fibers {
+        FibersSpec::Table(table) => from_table(&place.file(table), mesh, muscles.len())?,
+        FibersSpec::Arrays {
+            muscle,
+            weight,
+            fiber,
+        } => from_arrays(file, [muscle, fiber], weight.as_deref(), muscles.len())?,
+    };
+    Ok((muscles, field))
+}
+
+fn names(place: &Place, spec: &NamesSpec) -> Result<Vec<Muscle>, SceneError> {
+    let (path, names) = match spec {
+        NamesSpec::List(names) => (place.path.to_path_buf(), names.clone()),
+        NamesSpec::File(file) => {
+            let path = place.file(file);
+            let listed: Vec<NamedMuscle> = json::read(&path)?;
+            for (expected, muscle) in listed.iter().enumerate() {
+                if muscle.index != expected {
+                    let reason = format!(
+                        "\"{}\" has index {}, expected {expected}; list the muscles in order",
+                        muscle.name, muscle.index
+                    );
+                    return Err(SceneError::invalid(
+                        &path,
+                        format!("[{expected}].index"),
+                        reason,
+                    ));
+                }
+            }
+            (path, listed.into_iter().map(|m| m.name).collect())
+        }
+    };
+    for (k, name) in names.iter().enumerate() {
+        let unusable = name.is_empty() || name.contains('=');
+        if unusable || names[..k].contains(name) {
+            let reason =
+                format!("\"{name}\": muscle names are unique, not empty and without \"=\"");
+            return Err(SceneError::invalid(&path, format!("name {k}"), reason));
+        }
+    }
+    Ok(names.into_iter().map(|name| Muscle { name }).collect())
+}
+
+fn from_table(
+    path: &Path,
+    mesh: &SimplexMesh<3>,
+    muscles: usize,
+) -> Result<FiberField, SceneError> {
+    let table = Table::read(path, &["tet", "muscle", "weight", "fx", "fy", "fz"])?;
+    let (mut entries, mut lines) = (Vec::new(), Vec::new());
+    for row in table.rows() {
+        let row = row?;
+        entries.push(FiberEntry {
+            tet: row.index(0)?,
+            muscle: row.index(1)?,
+            weight: row.number(2)?,
+            direction: row.numbers(3)?,
+        });
+        lines.push(row.line);
+    }
+    FiberField::new(entries, mesh.num_elements(), muscles).map_err(|error| {
+        let line = format!("line {}", lines[error.entry()]);
+        SceneError::invalid(path, line, error.to_string())
+    })
+}
+
+fn from_arrays(
+    file: &MeshFile,
+    [muscle, fiber]: [&str; 2],
+    weight: Option<&str>,
+    muscles: usize,
+) -> Result<FiberField, SceneError> {
+    let labels = file.cell_integers(muscle)?;
+    let directions = file.cell_vectors::<3>(fiber)?;
+    let weights = match weight {
+        Some(name) => file.cell_scalars(name)?,
+        None => vec![1.0; labels.len()],
+    };
+    let mut entries = Vec::new();
+    for (tet, &label) in labels.iter().enumerate() {
+        if label == -1 {
+            continue;
+        }
+        let Some(index) = u32::try_from(label).ok() else {
+            let reason = format!("muscle {label} is unknown; -1 stands for none");
+            let place = format!("cell data array \"{muscle}\" at cell {tet}");
+            return Err(SceneError::invalid(&file.path, place, reason));
+        };
+        entries.push(FiberEntry {
+            tet: tet as u32,
+            muscle: index,
+            weight: weights[tet],
+            direction: directions[tet],
+        });
+    }
+    let tets: Vec<u32> = entries.iter().map(|e| e.tet).collect();
+    FiberField::new(entries, labels.len(), muscles).map_err(|error| {
+        let place = format!("cell {}", tets[error.entry()]);
+        SceneError::invalid(&file.path, place, error.to_string())
+    })
+}

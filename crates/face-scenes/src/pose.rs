@@ -1,0 +1,187 @@
+//! A pose as a person types it: `zygomaticus_major_L=0.6`, `12deg`.
+
+use super::names::hint;
+use face_rig::anatomy::Muscle;
+
+/// Why a typed setting cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingError {
+    /// Not of the form `name=value`.
+    #[error("\"{0}\": expected name=value, like zygomaticus_major_L=0.6")]
+    Form(String),
+    /// No muscle of that name.
+    #[error("\"{setting}\": there is no muscle \"{name}\"{hint}")]
+    UnknownMuscle {
+        /// The whole setting.
+        setting: String,
+        /// The name in it.
+        name: String,
+        /// "; did you mean …?" or nothing.
+        hint: String,
+    },
+    /// An activation that is no number between 0 and 1.
+    #[error("\"{setting}\": an activation is a number from 0 (relaxed) to 1 (full), not {value}")]
+    Activation {
+        /// The whole setting.
+        setting: String,
+        /// What was given.
+        value: String,
+    },
+    /// One muscle set twice.
+    #[error("\"{setting}\": {name} is already set; give each muscle once")]
+    Twice {
+        /// The second setting.
+        setting: String,
+        /// The muscle.
+        name: String,
+    },
+    /// An angle without unit, or no number.
+    #[error("\"{0}\": an angle is a number with its unit, like 12deg or 0.2rad")]
+    Angle(String),
+}
+
+/// The activations of all muscles from settings `name=value`; muscles not named get 0. A name
+/// without `_L` or `_R` sets both sides.
+///
+/// ```
+/// use face_rig::anatomy::Muscle;
+/// use face_scenes::parse_activations;
+/// let muscles = ["smile_L", "smile_R", "chin"].map(|name| Muscle { name: name.into() });
+/// let activations = parse_activations(&muscles, ["smile=0.5", "chin=1"])?;
+/// assert_eq!(activations, [0.5, 0.5, 1.0]);
+/// # Ok::<(), face_scenes::SettingError>(())
+/// ```
+///
+/// # Errors
+/// [`SettingError`], with a suggestion for names that are almost right.
+pub fn parse_activations<'a>(
+    muscles: &[Muscle],
+    settings: impl IntoIterator<Item = &'a str>,
+) -> Result<Vec<f64>, SettingError> {
+    let mut activations = vec![None; muscles.len()];
+    for setting in settings {
+        let (name, value) = setting
+            .split_once('=')
+            .map(|(name, value)| (name.trim(), value.trim()))
+            .filter(|(name, _)| !name.is_empty())
+            .ok_or_else(|| SettingError::Form(setting.into()))?;
+        let activation = value.parse().ok().filter(|a| (0.0..=1.0).contains(a));
+        let activation: f64 = activation.ok_or_else(|| SettingError::Activation {
+            setting: setting.into(),
+            value: value.into(),
+        })?;
+        let exact = |m: &&(usize, &Muscle)| m.1.name == name;
+        let of_pair = |m: &&(usize, &Muscle)| {
+            let side = m.1.name.strip_prefix(name);
+            matches!(side, Some("_L" | "_R"))
+        };
+        let all: Vec<(usize, &Muscle)> = muscles.iter().enumerate().collect();
+        let mut found: Vec<_> = all.iter().filter(exact).collect();
+        if found.is_empty() {
+            found = all.iter().filter(of_pair).collect();
+        }
+        if found.is_empty() {
+            return Err(SettingError::UnknownMuscle {
+                setting: setting.into(),
+                name: name.into(),
+                hint: hint(name, muscles.iter().map(|m| m.name.as_str())),
+            });
+        }
+        for &&(m, muscle) in &found {
+            if activations[m].replace(activation).is_some() {
+                return Err(SettingError::Twice {
+                    setting: setting.into(),
+                    name: muscle.name.clone(),
+                });
+            }
+        }
+    }
+    Ok(activations
+        .into_iter()
+        .map(Option::unwrap_or_default)
+        .collect())
+}
+
+/// An angle with its unit, `12deg` or `0.2rad`, in radians.
+///
+/// # Errors
+/// [`SettingError::Angle`].
+pub fn parse_angle(text: &str) -> Result<f64, SettingError> {
+    let trimmed = text.trim();
+    let number = |s: &str| s.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    let radians = if let Some(value) = trimmed.strip_suffix("deg") {
+        number(value).map(f64::to_radians)
+    } else {
+        trimmed.strip_suffix("rad").and_then(number)
+    };
+    radians.ok_or_else(|| SettingError::Angle(text.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(settings: &[&str]) -> Result<Vec<f64>, SettingError> {
+        let muscles = ["zygomaticus_major_L", "zygomaticus_major_R", "procerus"]
+            .map(|name| Muscle { name: name.into() });
+        parse_activations(&muscles, settings.iter().copied())
+    }
+
+    #[test]
+    fn one_side_or_both() {
+        assert_eq!(parse(&[]), Ok(vec![0.0; 3]));
+        assert_eq!(
+            parse(&["zygomaticus_major_R=0.25"]),
+            Ok(vec![0.0, 0.25, 0.0])
+        );
+        assert_eq!(
+            parse(&["zygomaticus_major = 0.5", "procerus=1"]),
+            Ok(vec![0.5, 0.5, 1.0])
+        );
+    }
+
+    #[test]
+    fn an_activation_of_seven_is_refused() {
+        for value in ["7", "-0.1", "nan", "inf", "half", ""] {
+            let setting = format!("procerus={value}");
+            let error = parse(&[&setting]).expect_err("out of range");
+            assert!(matches!(error, SettingError::Activation { .. }), "{error}");
+            assert!(
+                error.to_string().contains("from 0 (relaxed) to 1"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn unknown_names_get_a_suggestion() {
+        let error = parse(&["zygomaticus_mayor_L=0.6"]).expect_err("unknown");
+        assert!(
+            error
+                .to_string()
+                .contains("did you mean \"zygomaticus_major_L\"?"),
+            "{error}"
+        );
+        let error = parse(&["elbow=0.6"]).expect_err("unknown");
+        assert!(!error.to_string().contains("did you mean"), "{error}");
+        assert!(matches!(parse(&["procerus"]), Err(SettingError::Form(_))));
+        assert!(matches!(parse(&["=1"]), Err(SettingError::Form(_))));
+        assert!(matches!(
+            parse(&["zygomaticus_major=1", "zygomaticus_major_L=0"]),
+            Err(SettingError::Twice { .. })
+        ));
+    }
+
+    #[test]
+    fn angles_need_their_unit() {
+        assert_eq!(parse_angle("180deg"), Ok(std::f64::consts::PI));
+        assert_eq!(parse_angle(" 0.2 rad"), Ok(0.2));
+        for bad in ["12", "deg", "nandeg", "12 grad", ""] {
+            assert!(
+                matches!(parse_angle(bad), Err(SettingError::Angle(_))),
+                "{bad}"
+            );
+        }
+    }
+}
