@@ -191,10 +191,10 @@ fn file(name: &str, text: &str, found: &mut Vec<String>) {
         if clock && !excepted.iter().any(|e| name.starts_with(e)) {
             found.push(format!("{}: reads a clock", at()));
         }
-        if name.starts_with("crates/fem-solvers/") {
-            if let Some(word) = FEM_WORDS.iter().find(|w| has_word(code, w)) {
-                found.push(format!("{}: `{word}` is no word of a solver", at()));
-            }
+        if name.starts_with("crates/fem-solvers/")
+            && let Some(word) = FEM_WORDS.iter().find(|w| has_word(code, w))
+        {
+            found.push(format!("{}: `{word}` is no word of a solver", at()));
         }
         if code.contains("register(visitor") && !name.starts_with("crates/fem-materials/src/models")
         {

@@ -129,6 +129,7 @@ pub fn dispatch_packed<K: PackedKernel>(kernel: K) -> K::Output {
     kernel.run::<F64x8>()
 }
 
+#[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum InstructionSet {
     Avx512,
