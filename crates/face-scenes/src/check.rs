@@ -51,7 +51,7 @@ pub struct MeshReport {
     /// Face-connected pieces.
     pub components: usize,
     /// Elements whose orientation was repaired.
-    pub turned_over: usize,
+    pub inverted: usize,
     /// Width, height and depth, meters.
     pub size: [f64; 3],
     /// m³.
@@ -141,7 +141,7 @@ fn mesh_report(scene: &Scene) -> MeshReport {
         tets: scene.mesh.num_elements(),
         nodes: scene.mesh.num_nodes(),
         components: scene.mesh.components().1,
-        turned_over: scene.repairs.turned_over.len(),
+        inverted: scene.repairs.inverted.len(),
         size: std::array::from_fn(|i| high[i] - low[i]),
         volume: quality.volume,
         smallest_dihedral: quality.smallest_dihedral.min,
@@ -216,10 +216,10 @@ fn warnings(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<String> 
             "the flesh has {pieces} pieces that share no face; pieces without bone nodes float away"
         ),
     );
-    let turned = mesh.turned_over;
+    let inverted = mesh.inverted;
     warn(
-        turned > 0,
-        format!("{turned} tets had negative volume and were turned over; check the mesh's axes"),
+        inverted > 0,
+        format!("{inverted} tets had negative volume and were repaired; check the mesh's axes"),
     );
     warn(
         mesh.smallest_dihedral < 5.0,

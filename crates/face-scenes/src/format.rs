@@ -59,8 +59,8 @@ pub struct FilesSpec {
     /// VTU or VTK file of tetrahedra.
     pub mesh: PathBuf,
     /// What to do with elements of negative volume; refused by default.
-    #[serde(default)]
-    pub turned_over: TurnedOver,
+    #[serde(default, alias = "turned_over")]
+    pub inverted: Inverted,
     /// Which nodes hang on which bone.
     pub bones: BonesSpec,
     /// The jaw's hinge.
@@ -78,7 +78,7 @@ pub struct FilesSpec {
 /// What to do with elements of negative volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum TurnedOver {
+pub enum Inverted {
     /// Refuse the mesh.
     #[default]
     Refuse,

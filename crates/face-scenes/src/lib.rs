@@ -56,7 +56,7 @@
 //! ```
 //!
 //! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
-//! * `turned_over`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
+//! * `inverted`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
 //! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` and `hinge_axis`.
 //! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
 //!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
@@ -92,8 +92,8 @@ pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use error::SceneError;
 pub use expression::{ExpressionFit, Observed, Outcome, fit_expression};
 pub use format::{
-    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, LandmarksSpec,
-    MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, TurnedOver,
+    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inverted,
+    LandmarksSpec, MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec,
 };
 pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, PassiveMaterial, Region};
 pub use pose::{SettingError, parse_activations, parse_angle};

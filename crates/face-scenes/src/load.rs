@@ -1,7 +1,7 @@
 //! From a scene file to plain data: the flesh, its bones and what it is made of.
 
 use super::format::{
-    BonesSpec, FaceSource, FilesSpec, HingeSpec, RegionsSpec, SceneFile, TurnedOver,
+    BonesSpec, FaceSource, FilesSpec, HingeSpec, Inverted, RegionsSpec, SceneFile,
 };
 use super::material::{Fibers, MaterialSpec, PassiveMaterial, Region};
 use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
@@ -152,9 +152,9 @@ fn mesh(
     files: &FilesSpec,
     file: &MeshFile,
 ) -> Result<(SimplexMesh<3>, Repairs), SceneError> {
-    let orientation = match files.turned_over {
-        TurnedOver::Refuse => Orientation::Refuse,
-        TurnedOver::Repair => Orientation::Repair,
+    let orientation = match files.inverted {
+        Inverted::Refuse => Orientation::Refuse,
+        Inverted::Repair => Orientation::Repair,
     };
     let (mesh, repairs) = file.tet_mesh(orientation, Orphans::Refuse)?;
     let scaled = mesh.scaled(place.scale);

@@ -117,7 +117,7 @@ fn embedding(
         if let Some(line) = seen.insert(id, row.line) {
             return Err(row.error(format!("vertex {id} is already on line {line}")));
         }
-        if repairs.turned_over.binary_search(&tet).is_ok() {
+        if repairs.inverted.binary_search(&tet).is_ok() {
             // The table was made for the file's order of the nodes.
             weights.swap(2, 3);
         }

@@ -196,7 +196,7 @@ fn missing_files_and_arrays() {
 
 #[test]
 fn bad_meshes() {
-    // Tet 5 is turned over in the file; the weights of its table follow the file's node order.
+    // Tet 5 is inverted in the file; the weights of its table follow the file's node order.
     let files = Files::new();
     let expected = files.load().expect("sound").landmarks[1];
     files.block(|file| file.connectivity.swap(22, 23));
@@ -205,17 +205,18 @@ fn bad_meshes() {
         &files.error("block.vtu"),
         &["negative volume", "1 of them: 5"],
     );
-    files.edit(
-        "scene.json",
-        "\"mesh\":",
-        "\"turned_over\": \"repair\", \"mesh\":",
-    );
-    let scene = files.load().expect("repaired");
-    assert_eq!(scene.landmarks[1], expected);
-    expect(
-        &check(&scene).warnings.join("\n"),
-        &["1 tets had negative volume"],
-    );
+    let sound = "\"mesh\":";
+    for field in ["inverted", "turned_over"] {
+        let repaired = format!("\"{field}\": \"repair\", \"mesh\":");
+        files.edit("scene.json", sound, &repaired);
+        let scene = files.load().expect("repaired");
+        assert_eq!(scene.landmarks[1], expected);
+        expect(
+            &check(&scene).warnings.join("\n"),
+            &["1 tets had negative volume"],
+        );
+        files.edit("scene.json", &repaired, sound);
+    }
 
     let files = Files::new();
     files.block(|file| file.points[1] = file.points[0]);

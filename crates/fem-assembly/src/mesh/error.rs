@@ -83,7 +83,7 @@ pub enum MeshError {
     ZeroVolume(Ids),
     /// An element with (x₁−x₀)·((x₂−x₀)×(x₃−x₀)) < 0.
     #[error(
-        "elements of negative volume ({0}); swap two of their nodes, or have them repaired (`Orientation::Repair`; in a scene file \"turned_over\": \"repair\")"
+        "elements of negative volume ({0}); swap two of their nodes, or have them repaired (`Orientation::Repair`; in a scene file \"inverted\": \"repair\")"
     )]
     NegativeVolume(Ids),
     /// Two elements with the same nodes.

@@ -3,7 +3,7 @@
 use fem_kinematics::Mat;
 
 /// Nodes and simplices in D dimensions (triangles for D = 2, tetrahedra for D = 3), validated:
-/// finite coordinates, indices in range, no element degenerate, turned over or given twice.
+/// finite coordinates, indices in range, no element degenerate, inverted or given twice.
 ///
 /// An element has D + 1 nodes; the indices of all elements lie one after the other in one list.
 #[derive(Clone, Debug, PartialEq)]

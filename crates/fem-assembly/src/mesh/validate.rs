@@ -25,7 +25,7 @@ pub enum Orphans {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Repairs {
     /// Elements whose last two nodes were swapped.
-    pub turned_over: Vec<u32>,
+    pub inverted: Vec<u32>,
     /// Nodes that belong to no element.
     pub orphans: Vec<u32>,
 }
@@ -91,12 +91,12 @@ impl<const D: usize> SimplexMesh<D> {
             MeshError::ZeroVolume,
         )?;
         let negative = positions(&each, |t| edges(&nodes, t).determinant() < 0.0);
-        let turned_over: Vec<u32> = negative.map(|e| e as u32).collect();
+        let inverted: Vec<u32> = negative.map(|e| e as u32).collect();
         if orientation == Orientation::Refuse {
-            let ids = Ids::of(turned_over.iter().map(|&e| e as usize));
+            let ids = Ids::of(inverted.iter().map(|&e| e as usize));
             refuse(ids, MeshError::NegativeVolume)?;
         }
-        for &e in &turned_over {
+        for &e in &inverted {
             let last = (e as usize + 1) * (D + 1) - 1;
             connectivity.swap(last - 1, last);
         }
@@ -115,7 +115,7 @@ impl<const D: usize> SimplexMesh<D> {
             connectivity,
         };
         let repairs = Repairs {
-            turned_over,
+            inverted,
             orphans: unused,
         };
         Ok((mesh, repairs))
@@ -250,7 +250,7 @@ mod tests {
         .expect("repairable");
         assert_eq!(mesh.tet(0), [0, 2, 3, 1]);
         assert_eq!(mesh.volume(0), 1.0 / 6.0);
-        assert_eq!((repairs.turned_over, repairs.orphans), (vec![0], vec![4]));
+        assert_eq!((repairs.inverted, repairs.orphans), (vec![0], vec![4]));
     }
 
     #[test]

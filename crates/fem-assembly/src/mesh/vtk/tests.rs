@@ -190,7 +190,7 @@ fn the_head_meshes_are_what_their_readme_says() {
         .tet_mesh(Orientation::Refuse, Orphans::Refuse)
         .expect("a good mesh");
     assert_eq!((mesh.num_elements(), mesh.num_nodes()), (9_950, 3_136));
-    assert!(repairs.turned_over.is_empty() && repairs.orphans.is_empty());
+    assert!(repairs.inverted.is_empty() && repairs.orphans.is_empty());
     let bone = file.point_integers("bone").expect("bone labels");
     let count = |label| bone.iter().filter(|&&b| b == label).count();
     assert_eq!([count(0), count(1), count(2)], [1_593, 1_211, 332]);
