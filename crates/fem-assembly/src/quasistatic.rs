@@ -148,6 +148,16 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     fn gradient_scale(&self) -> Option<f64> {
         self.assembly.force_scale()
     }
+    fn gradient_rounding(&self, x: &[f64]) -> Option<f64> {
+        let forces = self
+            .assembly
+            .forces_everywhere(&self.positions(x), &self.activations);
+        let largest = forces
+            .as_flattened()
+            .iter()
+            .fold(0.0_f64, |m, f| m.max(f.abs()));
+        Some(4.0 * f64::EPSILON * largest)
+    }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         let rest = self.assembly.rest();
         Some(

@@ -1,13 +1,14 @@
 //! Preconditioned conjugate gradients.
 
 use crate::operator::{LinearOperator, Preconditioner, Structure};
-use crate::vector::{axpy, dot, first_non_finite, norm};
+use crate::vector::{axpy, dot, first_non_finite, norm, norm_inf};
 use thiserror::Error;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PcgParams {
-    /// Stop when `‖b − A x‖ ≤ relative_tolerance · ‖b‖`.
+    /// Stop when `‖b − A x‖ ≤ relative_tolerance · ‖b‖`; `b = 0` is replaced by the residual of the
+    /// first guess.
     pub relative_tolerance: f64,
     /// … or when `‖b − A x‖ ≤ absolute_tolerance`, in the unit of `b`.
     pub absolute_tolerance: f64,
@@ -33,7 +34,7 @@ impl Default for PcgParams {
 pub struct PcgInfo {
     /// Products with the operator, not counting the one for a non-zero first guess.
     pub iterations: usize,
-    /// `‖b − A x‖ / ‖b‖` by the recurrence; 0 for `b = 0`.
+    /// `‖b − A x‖ / ‖b‖` by the recurrence; for `b = 0` over the residual of the first guess.
     pub relative_residual: f64,
 }
 
@@ -50,6 +51,14 @@ pub enum PcgError {
         needed: Structure,
         /// What the operator claims.
         found: Structure,
+    },
+    /// A tolerance that is negative or no finite number.
+    #[error("{what} is {value}, it must be finite and not negative")]
+    Tolerance {
+        /// Which one.
+        what: &'static str,
+        /// Its value.
+        value: f64,
     },
     /// A slice does not have the operator's length.
     #[error("{what} has length {found}, the operator has dimension {expected}")]
@@ -119,6 +128,9 @@ pub enum PcgError {
 
 /// Solves `A x = b`, `A` symmetric positive definite, from the first guess in `x`.
 ///
+/// `b = 0` is answered with `x = 0` at once. `b` may have any size that `f64` has: sums of squares
+/// neither vanish nor overflow.
+///
 /// With [`Identity`](crate::Identity) these are the plain conjugate gradients of doc 000, Algorithm 1.
 ///
 /// # Errors
@@ -156,7 +168,7 @@ pub fn pcg(
 ///
 /// `diagonal` is that of `A`; where it is zero, the row is empty and the unknown keeps its first
 /// guess. Of the many solutions the one found differs from the first guess by no part of the null
-/// space (in the scaled inner product).
+/// space (in the scaled inner product), for `b = 0` too.
 ///
 /// # Errors
 /// Refuses an operator that claims neither definiteness nor semidefiniteness;
@@ -232,20 +244,73 @@ fn iterate(
     params: &PcgParams,
     null_space: NullSpace<'_>,
 ) -> Result<PcgInfo, PcgError> {
-    let n = op.dim();
-    for (what, found) in [
-        ("the right-hand side", b.len()),
-        ("the first guess", x.len()),
+    check(op.dim(), b, x, params)?;
+    if matches!(null_space, NullSpace::Excluded) && b.iter().all(|&v| v == 0.0) {
+        x.fill(0.0);
+        return Ok(PcgInfo {
+            iterations: 0,
+            relative_residual: 0.0,
+        });
+    }
+    let mut state = Iterate::start(op, b, x);
+    let reference = state.reference(b);
+    let target =
+        (params.relative_tolerance * reference).max(params.absolute_tolerance * state.scale);
+    let (mut best, mut since_best) = (state.r_norm, 0);
+    loop {
+        let iterations = state.iteration;
+        if !state.r_norm.is_finite() {
+            return Err(state.non_finite("the residual", &state.r));
+        }
+        let relative = |norm: f64| if norm == 0.0 { 0.0 } else { norm / reference };
+        let relative_residual = relative(state.r_norm);
+        if state.r_norm <= target {
+            return Ok(PcgInfo {
+                iterations,
+                relative_residual,
+            });
+        }
+        if iterations == params.max_iterations {
+            return Err(PcgError::NotConverged {
+                iterations,
+                relative_residual,
+            });
+        }
+        if state.r_norm < best {
+            (best, since_best) = (state.r_norm, 0);
+        } else {
+            since_best += 1;
+            if since_best > params.stagnation_window {
+                return Err(PcgError::Stagnated {
+                    iterations,
+                    relative_residual: relative(best),
+                });
+            }
+        }
+        state.turn(precond, null_space, relative_residual)?;
+        state.advance(op, x, null_space, relative_residual)?;
+    }
+}
+
+fn check(n: usize, b: &[f64], x: &[f64], params: &PcgParams) -> Result<(), PcgError> {
+    for (what, value) in [
+        ("relative_tolerance", params.relative_tolerance),
+        ("absolute_tolerance", params.absolute_tolerance),
     ] {
-        if found != n {
+        if !(value >= 0.0 && value < f64::INFINITY) {
+            return Err(PcgError::Tolerance { what, value });
+        }
+    }
+    for (what, v) in [("the right-hand side", b), ("the first guess", x)] {
+        if v.len() != n {
             return Err(PcgError::Dimension {
                 what,
-                found,
+                found: v.len(),
                 expected: n,
             });
         }
     }
-    for (what, v) in [("the right-hand side", b), ("the first guess", &*x)] {
+    for (what, v) in [("the right-hand side", b), ("the first guess", x)] {
         if let Some(index) = first_non_finite(v) {
             return Err(PcgError::NonFinite {
                 iteration: 0,
@@ -254,72 +319,77 @@ fn iterate(
             });
         }
     }
-    let b_norm = norm(b);
-    if b_norm == 0.0 {
-        x.fill(0.0);
-        return Ok(PcgInfo {
-            iterations: 0,
-            relative_residual: 0.0,
-        });
-    }
-    let target = (params.relative_tolerance * b_norm).max(params.absolute_tolerance);
+    Ok(())
+}
 
-    let mut r = b.to_vec();
-    let mut ap = vec![0.0; n];
-    if x.iter().any(|&v| v != 0.0) {
-        op.apply(x, &mut ap);
-        axpy(-1.0, &ap, &mut r);
+/// Residual and direction, both times a power of two that keeps their squares in range: it costs
+/// no digit.
+struct Iterate {
+    scale: f64,
+    r: Vec<f64>,
+    r_norm: f64,
+    z: Vec<f64>,
+    p: Vec<f64>,
+    ap: Vec<f64>,
+    rz: f64,
+    iteration: usize,
+}
+
+impl Iterate {
+    fn start(op: &(impl LinearOperator + ?Sized), b: &[f64], x: &[f64]) -> Self {
+        let n = b.len();
+        let mut r = b.to_vec();
+        let mut ap = vec![0.0; n];
+        if x.iter().any(|&v| v != 0.0) {
+            op.apply(x, &mut ap);
+            axpy(-1.0, &ap, &mut r);
+        }
+        let scale = power_of_two(norm_inf(&r));
+        r.iter_mut().for_each(|r| *r *= scale);
+        Self {
+            scale,
+            r_norm: safe_norm(&r),
+            r,
+            z: vec![0.0; n],
+            p: vec![0.0; n],
+            ap,
+            rz: 1.0,
+            iteration: 0,
+        }
     }
-    let mut z = vec![0.0; n];
-    let mut p = vec![0.0; n];
-    let mut rz_old = 1.0;
-    let mut r_norm = norm(&r);
-    let (mut best, mut since_best) = (r_norm, 0);
-    let mut iteration = 0;
-    loop {
-        if !r_norm.is_finite() {
-            let index = first_non_finite(&r).unwrap_or(0);
-            return Err(PcgError::NonFinite {
-                iteration,
-                what: "the residual",
-                index,
-            });
-        }
-        let relative_residual = r_norm / b_norm;
-        if r_norm <= target {
-            return Ok(PcgInfo {
-                iterations: iteration,
-                relative_residual,
-            });
-        }
-        if iteration == params.max_iterations {
-            return Err(PcgError::NotConverged {
-                iterations: iteration,
-                relative_residual,
-            });
-        }
-        if r_norm < best {
-            (best, since_best) = (r_norm, 0);
+
+    /// What residuals are measured by: `‖b‖`, or the first residual when `b = 0`; scaled.
+    fn reference(&self, b: &[f64]) -> f64 {
+        if b.iter().all(|&v| v == 0.0) {
+            self.r_norm
         } else {
-            since_best += 1;
-            if since_best > params.stagnation_window {
-                return Err(PcgError::Stagnated {
-                    iterations: iteration,
-                    relative_residual: best / b_norm,
-                });
-            }
+            let own = power_of_two(norm_inf(b));
+            let scaled: Vec<f64> = b.iter().map(|b| b * own).collect();
+            norm(&scaled) * (self.scale / own)
         }
+    }
 
-        precond.apply(&r, &mut z);
-        let rz = dot(&r, &z);
-        if !rz.is_finite() {
-            let index = first_non_finite(&z).unwrap_or(0);
-            return Err(PcgError::NonFinite {
-                iteration,
-                what: "the preconditioned residual",
-                index,
-            });
+    fn non_finite(&self, what: &'static str, v: &[f64]) -> PcgError {
+        PcgError::NonFinite {
+            iteration: self.iteration,
+            what,
+            index: first_non_finite(v).unwrap_or(0),
         }
+    }
+
+    /// The next direction: `z = M⁻¹ r`, `p ← z + β p`.
+    fn turn(
+        &mut self,
+        precond: &(impl Preconditioner + ?Sized),
+        null_space: NullSpace<'_>,
+        relative_residual: f64,
+    ) -> Result<(), PcgError> {
+        precond.apply(&self.r, &mut self.z);
+        let rz = dot(&self.r, &self.z);
+        if !rz.is_finite() {
+            return Err(self.non_finite("the preconditioned residual", &self.z));
+        }
+        let iteration = self.iteration;
         if rz <= 0.0 {
             return Err(match null_space {
                 NullSpace::Allowed { .. } => PcgError::Inconsistent {
@@ -329,42 +399,78 @@ fn iterate(
                 NullSpace::Excluded => PcgError::Preconditioner { iteration },
             });
         }
-        let beta = if iteration == 0 { 0.0 } else { rz / rz_old };
-        for (p, z) in p.iter_mut().zip(&z) {
+        let beta = if iteration == 0 { 0.0 } else { rz / self.rz };
+        for (p, z) in self.p.iter_mut().zip(&self.z) {
             *p = z + beta * *p;
         }
-        op.apply(&p, &mut ap);
-        let pap = dot(&p, &ap);
+        self.rz = rz;
+        Ok(())
+    }
+
+    /// The step along it: `α = rᵀz / pᵀAp`, `x ← x + α p`, `r ← r − α A p`.
+    fn advance(
+        &mut self,
+        op: &(impl LinearOperator + ?Sized),
+        x: &mut [f64],
+        null_space: NullSpace<'_>,
+        relative_residual: f64,
+    ) -> Result<(), PcgError> {
+        op.apply(&self.p, &mut self.ap);
+        let pap = dot(&self.p, &self.ap);
         if !pap.is_finite() {
-            let index = first_non_finite(&ap).unwrap_or(0);
-            return Err(PcgError::NonFinite {
-                iteration,
-                what: "the product A p",
-                index,
-            });
+            return Err(self.non_finite("the product A p", &self.ap));
         }
         // In a semidefinite matrix a direction with no curvature left is the null space.
         if let NullSpace::Allowed { diagonal } = null_space {
-            let scale: f64 = p.iter().zip(diagonal).map(|(p, d)| d * p * p).sum();
+            let scale: f64 = self.p.iter().zip(diagonal).map(|(p, d)| d * p * p).sum();
             if pap.abs() <= NULL_CURVATURE * scale {
                 return Err(PcgError::Inconsistent {
-                    iteration,
+                    iteration: self.iteration,
                     relative_residual,
                 });
             }
         }
         if pap <= 0.0 {
             return Err(PcgError::NegativeCurvature {
-                iteration,
-                curvature: pap / dot(&p, &p),
-                direction: p,
+                iteration: self.iteration,
+                curvature: pap / dot(&self.p, &self.p),
+                direction: self.p.clone(),
             });
         }
-        let alpha = rz / pap;
-        axpy(alpha, &p, x);
-        axpy(-alpha, &ap, &mut r);
-        rz_old = rz;
-        r_norm = norm(&r);
-        iteration += 1;
+        let alpha = self.rz / pap;
+        if self.scale == 1.0 {
+            axpy(alpha, &self.p, x);
+        } else {
+            for (x, p) in x.iter_mut().zip(&self.p) {
+                *x += alpha * p / self.scale;
+            }
+        }
+        axpy(-alpha, &self.ap, &mut self.r);
+        self.r_norm = safe_norm(&self.r);
+        self.iteration += 1;
+        Ok(())
     }
+}
+
+/// Largest entries whose squares and products with them are far from underflow and overflow.
+const COMFORTABLE: std::ops::Range<f64> = 1e-60..1e60;
+
+/// 1 for a vector of ordinary size, else the power of two that makes its largest entry about one.
+fn power_of_two(largest: f64) -> f64 {
+    if COMFORTABLE.contains(&largest) || !(largest > 0.0 && largest.is_finite()) {
+        1.0
+    } else {
+        (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2()
+    }
+}
+
+/// Euclidean norm that no square takes to zero or infinity.
+fn safe_norm(v: &[f64]) -> f64 {
+    let plain = norm(v);
+    if COMFORTABLE.contains(&plain) {
+        return plain;
+    }
+    let scale = power_of_two(norm_inf(v));
+    let scaled: Vec<f64> = v.iter().map(|v| v * scale).collect();
+    norm(&scaled) / scale
 }

@@ -94,6 +94,26 @@ impl<const D: usize> BlockSymmetric<D> {
         }
     }
 
+    /// `|A| |x|`: entry `i` is `Σ_j |A_ij| |x_j|`.
+    pub(crate) fn absolute_product(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; D * self.pattern.blocks()];
+        for i in 0..self.pattern.blocks() {
+            for k in self.pattern.row_start()[i]..self.pattern.row_start()[i + 1] {
+                let j = self.pattern.columns()[k] as usize;
+                for r in 0..D {
+                    for c in 0..D {
+                        let value = self.values[k][r][c].abs();
+                        y[D * i + r] += value * x[D * j + c].abs();
+                        if j != i {
+                            y[D * j + c] += value * x[D * i + r].abs();
+                        }
+                    }
+                }
+            }
+        }
+        y
+    }
+
     /// The whole matrix, both halves, row-major of size `dim × dim`.
     pub fn to_dense(&self) -> Vec<f64> {
         let n = D * self.pattern.blocks();

@@ -106,6 +106,9 @@ impl<const D: usize> Workspace<D> {
             if self.shifted(&rhs, forcing, params, &mut result)? {
                 return Ok(result);
             }
+            // Shares of a diagonal that has zeros do not help; what follows starts from the plain matrix.
+            problem.hessian(x, HessianProjection::None, &mut self.matrix);
+            result.shift = 0.0;
         }
         // A projected matrix can still be singular: add to its diagonal until it is not.
         let scale = self

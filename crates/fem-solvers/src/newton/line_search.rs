@@ -18,6 +18,8 @@ pub(super) struct Accepted {
     pub t: f64,
     pub energy: f64,
     pub evaluations: usize,
+    /// The merit fell by more than rounding.
+    pub clear: bool,
 }
 
 /// Finds `t` so that `x + t·direction` is acceptable; `trial` and `gradient` are left there.
@@ -57,6 +59,7 @@ pub(super) fn search<const D: usize>(
                             t,
                             energy,
                             evaluations,
+                            clear,
                         });
                     }
                 }
@@ -76,6 +79,7 @@ pub(super) fn search<const D: usize>(
                         t,
                         energy,
                         evaluations,
+                        clear: true,
                     });
                 }
                 0.5 * t

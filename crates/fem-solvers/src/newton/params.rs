@@ -86,8 +86,9 @@ pub struct NewtonParams {
     pub gradient_tolerance: f64,
     /// … or at most this share of `reference`.
     pub relative_gradient_tolerance: f64,
-    /// Size of a typical gradient; if `None`, the largest entry at the start or
-    /// [`gradient_scale`](super::NonlinearProblem::gradient_scale), whichever is smaller.
+    /// Size of a typical gradient; if `None`, the problem's own
+    /// [`gradient_scale`](super::NonlinearProblem::gradient_scale), and where it gives none, the
+    /// largest entry at the start.
     pub reference: Option<f64>,
     /// … or when the largest entry of a full step is at most this, in the unit of `x`.
     pub step_tolerance: f64,
@@ -116,6 +117,40 @@ impl Default for NewtonParams {
     }
 }
 
+impl NewtonParams {
+    /// Refuses settings that are negative, not a number or outside their range.
+    pub(super) fn check(&self) -> Result<(), NewtonFailure> {
+        let share = self.line_search.sufficient_decrease;
+        if !(share > 0.0 && share < 0.5) {
+            return Err(NewtonFailure::Params {
+                what: "line_search.sufficient_decrease",
+                value: share,
+                allowed: "(0, 1/2)",
+            });
+        }
+        for (what, value) in [
+            ("gradient_tolerance", self.gradient_tolerance),
+            (
+                "relative_gradient_tolerance",
+                self.relative_gradient_tolerance,
+            ),
+            ("reference", self.reference.unwrap_or(0.0)),
+            ("step_tolerance", self.step_tolerance),
+            ("line_search.rounding", self.line_search.rounding),
+        ] {
+            if !(value >= 0.0 && value < f64::INFINITY) {
+                let allowed = "[0, ∞)";
+                return Err(NewtonFailure::Params {
+                    what,
+                    value,
+                    allowed,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Which test ended a converged solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
@@ -125,6 +160,10 @@ pub enum StopReason {
     RelativeGradient,
     /// The step tolerance.
     Step,
+    /// Converged to rounding: the tolerances ask for less than rounding leaves of the gradient, and
+    /// every entry `g_i` is at most `4 ε Σ_j |K_ij| |x_j|`, or
+    /// [`gradient_rounding`](super::NonlinearProblem::gradient_rounding) where that is larger.
+    Rounding,
 }
 
 /// One step, for an observer. `t = 0` and `step = 0` in the report of the starting point.
@@ -173,6 +212,16 @@ pub struct NewtonInfo {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NewtonFailure {
+    /// A setting that is negative, not a number or outside its range.
+    #[error("{what} is {value}, allowed is {allowed}")]
+    Params {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its range.
+        allowed: &'static str,
+    },
     /// `max_iterations` steps were not enough.
     #[error("not converged")]
     NotConverged,

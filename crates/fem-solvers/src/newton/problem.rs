@@ -38,9 +38,18 @@ pub trait NonlinearProblem<const D: usize> {
         None
     }
 
-    /// The size of a gradient that is large for this problem, whatever the state it is started from;
-    /// a tolerance relative to the gradient at a start that is far away would mean nothing.
+    /// The size of a gradient that is large for this problem, whatever the state it is started from.
+    /// A tolerance relative to the gradient at the start would mean nothing when that is far away,
+    /// and could not be met when it is the solution.
     fn gradient_scale(&self) -> Option<f64> {
+        None
+    }
+
+    /// How large an entry of the gradient at `x` may be from rounding alone, in the unit of the
+    /// gradient, where the problem's sums lose more than the rounding of `x` itself explains: `ε`
+    /// times the largest sum of absolute terms. A tolerance below rounding ends with
+    /// [`StopReason::Rounding`](super::StopReason::Rounding).
+    fn gradient_rounding(&self, _x: &[f64]) -> Option<f64> {
         None
     }
 

@@ -1,7 +1,7 @@
 //! The Newton loop.
 
 use super::direction::Workspace;
-use super::line_search::{Start, search};
+use super::line_search::{Accepted, Start, search};
 use super::shift::Shift;
 use super::{
     HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
@@ -17,11 +17,142 @@ pub struct Newton<const D: usize> {
     workspace: Workspace<D>,
 }
 
+/// Roundings of `x` that the sums of a gradient are allowed to amount to.
+const ROUNDING_UNITS: f64 = 4.0;
+
 /// Where a solve stands.
 struct State {
     gradient: Vec<f64>,
     energy: f64,
+    /// Largest absolute energy of the last steps, older ones counted for less.
+    energy_scale: f64,
+    trial: Vec<f64>,
+    trial_gradient: Vec<f64>,
     info: NewtonInfo,
+}
+
+/// A step taken.
+struct Step {
+    report: NewtonIteration,
+    /// The energy did not fall noticeably, nor did the gradient after the first step.
+    stalled: bool,
+}
+
+impl State {
+    fn new(unknowns: usize) -> Self {
+        Self {
+            gradient: vec![0.0; unknowns],
+            energy: f64::NAN,
+            energy_scale: f64::NAN,
+            trial: vec![0.0; unknowns],
+            trial_gradient: vec![0.0; unknowns],
+            info: NewtonInfo {
+                iterations: 0,
+                energy: f64::NAN,
+                gradient_norm: f64::NAN,
+                stop: StopReason::Gradient,
+                factorizations: 0,
+                linear_iterations: 0,
+                evaluations: 0,
+                projected_steps: 0,
+            },
+        }
+    }
+
+    /// Evaluates the starting point.
+    fn start<const D: usize>(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+    ) -> Result<(), NewtonFailure> {
+        let energy = problem.energy_and_gradient(x, &mut self.gradient);
+        (self.energy, self.energy_scale) = (energy, energy.abs());
+        self.info.evaluations += 1;
+        if energy.is_nan() && problem.merit() == Merit::Energy {
+            return Err(NewtonFailure::NonFinite {
+                what: "the energy of the starting point",
+                index: 0,
+            });
+        }
+        if energy == f64::INFINITY {
+            return Err(NewtonFailure::OutsideDomain { energy });
+        }
+        if let Some(index) = first_non_finite(&self.gradient) {
+            return Err(NewtonFailure::NonFinite {
+                what: "the gradient",
+                index,
+            });
+        }
+        self.info.gradient_norm = norm_inf(&self.gradient);
+        Ok(())
+    }
+
+    /// Moves to where the line search left the trial.
+    fn accept(&mut self, x: &mut [f64], accepted: &Accepted) {
+        x.copy_from_slice(&self.trial);
+        std::mem::swap(&mut self.gradient, &mut self.trial_gradient);
+        self.energy = accepted.energy;
+        // A start far away has an energy that soon says nothing about the rounding of the present.
+        self.energy_scale = (0.1 * self.energy_scale).max(accepted.energy.abs());
+        self.info.evaluations += accepted.evaluations;
+        self.info.iterations += 1;
+        self.info.gradient_norm = norm_inf(&self.gradient);
+    }
+}
+
+impl NewtonIteration {
+    fn start(state: &State) -> Self {
+        Self {
+            iteration: 0,
+            energy: state.energy,
+            gradient_norm: state.info.gradient_norm,
+            step: 0.0,
+            t: 0.0,
+            linear_iterations: 0,
+            projection: HessianProjection::None,
+            shift: 0.0,
+        }
+    }
+}
+
+/// The largest gradient entry that counts as none.
+struct Target {
+    absolute: f64,
+    relative: f64,
+}
+
+impl Target {
+    fn new<const D: usize>(
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        params: &NewtonParams,
+        start: f64,
+    ) -> Self {
+        let share = params.relative_gradient_tolerance;
+        let own = || {
+            // The problem may have to assemble something to tell, so it is asked only if it matters.
+            let scale = (share > 0.0).then(|| problem.gradient_scale()).flatten();
+            scale.filter(|&s| s > 0.0 && s < f64::INFINITY)
+        };
+        let reference = params.reference.or_else(own).unwrap_or(start);
+        Self {
+            absolute: params.gradient_tolerance,
+            relative: share * reference,
+        }
+    }
+
+    fn value(&self) -> f64 {
+        self.absolute.max(self.relative)
+    }
+
+    fn met_by(&self, gradient_norm: f64) -> Option<StopReason> {
+        if gradient_norm <= self.absolute {
+            Some(StopReason::Gradient)
+        } else if gradient_norm <= self.relative {
+            Some(StopReason::RelativeGradient)
+        } else {
+            None
+        }
+    }
 }
 
 impl<const D: usize> Newton<D> {
@@ -65,21 +196,9 @@ impl<const D: usize> Newton<D> {
         params: &NewtonParams,
         observer: &mut dyn FnMut(&NewtonIteration),
     ) -> Result<NewtonInfo, NewtonError> {
-        let mut state = State {
-            gradient: vec![0.0; x.len()],
-            energy: f64::NAN,
-            info: NewtonInfo {
-                iterations: 0,
-                energy: f64::NAN,
-                gradient_norm: f64::NAN,
-                stop: StopReason::Gradient,
-                factorizations: 0,
-                linear_iterations: 0,
-                evaluations: 0,
-                projected_steps: 0,
-            },
-        };
-        self.run(problem, x, params, observer, &mut state)
+        let mut state = State::new(x.len());
+        state.info.stop = self
+            .run(problem, x, params, observer, &mut state)
             .map_err(|reason| NewtonError {
                 iteration: state.info.iterations,
                 energy: state.energy,
@@ -90,6 +209,7 @@ impl<const D: usize> Newton<D> {
         Ok(state.info)
     }
 
+    /// Steps until a test is met; whatever stops it, a gradient that is all rounding is a success.
     fn run(
         &mut self,
         problem: &(impl NonlinearProblem<D> + ?Sized),
@@ -97,121 +217,110 @@ impl<const D: usize> Newton<D> {
         params: &NewtonParams,
         observer: &mut dyn FnMut(&NewtonIteration),
         state: &mut State,
-    ) -> Result<(), NewtonFailure> {
+    ) -> Result<StopReason, NewtonFailure> {
+        params.check()?;
         self.check(problem, x)?;
-        state.energy = problem.energy_and_gradient(x, &mut state.gradient);
-        state.info.evaluations += 1;
-        if state.energy.is_nan() && problem.merit() == Merit::Energy {
-            return Err(NewtonFailure::NonFinite {
-                what: "the energy of the starting point",
-                index: 0,
-            });
-        }
-        if state.energy == f64::INFINITY {
-            return Err(NewtonFailure::OutsideDomain {
-                energy: state.energy,
-            });
-        }
-        if let Some(index) = first_non_finite(&state.gradient) {
-            return Err(NewtonFailure::NonFinite {
-                what: "the gradient",
-                index,
-            });
-        }
-        state.info.gradient_norm = norm_inf(&state.gradient);
-        let relative = params.relative_gradient_tolerance > 0.0;
-        let reference = params.reference.unwrap_or_else(|| {
-            // The problem may have to assemble something to tell, so it is asked only if it matters.
-            let own = relative.then(|| problem.gradient_scale()).flatten();
-            state.info.gradient_norm.min(own.unwrap_or(f64::INFINITY))
-        });
-        let mut report = NewtonIteration {
-            iteration: 0,
-            energy: state.energy,
-            gradient_norm: state.info.gradient_norm,
-            step: 0.0,
-            t: 0.0,
-            linear_iterations: 0,
-            projection: HessianProjection::None,
-            shift: 0.0,
-        };
-        observer(&report);
-
-        let target = params
-            .gradient_tolerance
-            .max(params.relative_gradient_tolerance * reference);
-        let mut forcing = Forcing::default();
+        state.start(problem, x)?;
+        observer(&NewtonIteration::start(state));
+        let target = Target::new(problem, params, state.info.gradient_norm);
         self.workspace.shift = Shift::default();
-        let mut energy_scale = state.energy.abs();
-        let mut trial = vec![0.0; x.len()];
-        let mut gradient = vec![0.0; x.len()];
+        let mut forcing = Forcing::default();
         loop {
-            if state.info.gradient_norm <= params.gradient_tolerance {
-                state.info.stop = StopReason::Gradient;
-                return Ok(());
+            if let Some(stop) = target.met_by(state.info.gradient_norm) {
+                return Ok(stop);
             }
-            if state.info.gradient_norm <= params.relative_gradient_tolerance * reference {
-                state.info.stop = StopReason::RelativeGradient;
-                return Ok(());
-            }
-            if state.info.iterations == params.max_iterations {
-                return Err(NewtonFailure::NotConverged);
-            }
-            let eta = forcing.next(norm(&state.gradient), target / state.info.gradient_norm);
-            let direction = self
-                .workspace
-                .direction(problem, x, &state.gradient, eta, params)?;
-            state.info.factorizations += direction.factorizations;
-            state.info.linear_iterations += direction.linear_iterations;
-            if direction.projection != HessianProjection::None || direction.shift > 0.0 {
-                state.info.projected_steps += 1;
-            }
-            let start = Start {
-                x,
-                direction: &direction.dx,
-                gradient: &state.gradient,
-                energy: state.energy,
-                energy_scale,
+            let eta = forcing.next(
+                norm(&state.gradient),
+                target.value() / state.info.gradient_norm,
+            );
+            let step = match self.step(problem, x, eta, params, state) {
+                Ok(step) => step,
+                Err(_) if self.is_rounding(problem, x, state) => return Ok(StopReason::Rounding),
+                Err(failure) => return Err(failure),
             };
-            let Some(accepted) = search(
-                problem,
-                &start,
-                &params.line_search,
-                &mut trial,
-                &mut gradient,
-            ) else {
-                let slope = dot(&state.gradient, &direction.dx);
-                return Err(NewtonFailure::LineSearchFailed { slope });
-            };
-            self.workspace.shift.stepped(accepted.t);
-            x.copy_from_slice(&trial);
-            std::mem::swap(&mut state.gradient, &mut gradient);
-            state.energy = accepted.energy;
-            // A start far away has an energy that soon says nothing about the rounding of the present.
-            energy_scale = (0.1 * energy_scale).max(accepted.energy.abs());
-            state.info.evaluations += accepted.evaluations;
-            state.info.iterations += 1;
-            state.info.gradient_norm = norm_inf(&state.gradient);
-            let step = accepted.t * norm_inf(&direction.dx);
-            report = NewtonIteration {
+            observer(&step.report);
+            let met = target.met_by(state.info.gradient_norm).is_some();
+            if step.report.t == 1.0 && step.report.step <= params.step_tolerance && !met {
+                return Ok(StopReason::Step);
+            }
+            if step.stalled && !met && self.is_rounding(problem, x, state) {
+                return Ok(StopReason::Rounding);
+            }
+        }
+    }
+
+    /// Direction, line search, bookkeeping.
+    fn step(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &mut [f64],
+        eta: f64,
+        params: &NewtonParams,
+        state: &mut State,
+    ) -> Result<Step, NewtonFailure> {
+        if state.info.iterations >= params.max_iterations {
+            return Err(NewtonFailure::NotConverged);
+        }
+        let direction = self
+            .workspace
+            .direction(problem, x, &state.gradient, eta, params)?;
+        state.info.factorizations += direction.factorizations;
+        state.info.linear_iterations += direction.linear_iterations;
+        if direction.projection != HessianProjection::None || direction.shift > 0.0 {
+            state.info.projected_steps += 1;
+        }
+        let start = Start {
+            x,
+            direction: &direction.dx,
+            gradient: &state.gradient,
+            energy: state.energy,
+            energy_scale: state.energy_scale,
+        };
+        let Some(accepted) = search(
+            problem,
+            &start,
+            &params.line_search,
+            &mut state.trial,
+            &mut state.trial_gradient,
+        ) else {
+            let slope = dot(&state.gradient, &direction.dx);
+            return Err(NewtonFailure::LineSearchFailed { slope });
+        };
+        self.workspace.shift.stepped(accepted.t);
+        let before = state.info.gradient_norm;
+        state.accept(x, &accepted);
+        let fell = state.info.gradient_norm <= 0.5 * before;
+        Ok(Step {
+            stalled: !accepted.clear && (state.info.iterations == 1 || !fell),
+            report: NewtonIteration {
                 iteration: state.info.iterations,
                 energy: state.energy,
                 gradient_norm: state.info.gradient_norm,
-                step,
+                step: accepted.t * norm_inf(&direction.dx),
                 t: accepted.t,
                 linear_iterations: direction.linear_iterations,
                 projection: direction.projection,
                 shift: direction.shift,
-            };
-            observer(&report);
-            if accepted.t == 1.0
-                && step <= params.step_tolerance
-                && state.info.gradient_norm > target
-            {
-                state.info.stop = StopReason::Step;
-                return Ok(());
-            }
-        }
+            },
+        })
+    }
+
+    /// Whether no entry of the gradient is larger than rounding: that of `x` itself, which moves
+    /// entry `i` by `ε Σ_j |K_ij| |x_j|`, or what the problem knows of its own sums.
+    fn is_rounding(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+        state: &State,
+    ) -> bool {
+        problem.hessian(x, HessianProjection::None, &mut self.workspace.matrix);
+        let own = problem.gradient_rounding(x).unwrap_or(0.0);
+        let moved = self.workspace.matrix.absolute_product(x);
+        state.gradient.iter().zip(&moved).all(|(g, moved)| {
+            let floor = ROUNDING_UNITS * f64::EPSILON * moved;
+            let floor = if floor >= own { floor } else { own };
+            floor < f64::INFINITY && g.abs() <= floor
+        })
     }
 
     fn check(

@@ -288,3 +288,22 @@ fn another_pattern_is_refused() {
         Err(CholeskyError::PatternMismatch { .. })
     ));
 }
+
+#[test]
+fn a_pivot_that_rounding_made_no_number_is_not_positive() {
+    // L₄₁L₃₁ and L₄₂L₃₂ overflow to ∞ and −∞, their sum is NaN and so is the last pivot.
+    let pattern = Arc::new(BlockPattern::from_adjacency(1, []).unwrap());
+    let mut a = BlockSymmetric::<4>::zeros(pattern.clone());
+    let (u, v) = (9e153, 1e155);
+    a.values_mut()[0] = [
+        [1.0, 0.0, u, v],
+        [0.0, 1.0, u, -v],
+        [u, u, 1.7e308, 0.0],
+        [v, -v, 0.0, 1e308],
+    ];
+    let symbolic = Arc::new(SymbolicCholesky::new(&pattern));
+    assert_eq!(
+        CholeskyFactor::<f64, 4>::factor(&symbolic, &a).unwrap_err(),
+        CholeskyError::NotPositiveDefinite { block_row: 0 }
+    );
+}

@@ -478,3 +478,54 @@ fn wrong_settings_and_bad_numbers_are_refused() {
     };
     assert!(gauss_newton(&mut nothing, &mut [], &base()).is_ok());
 }
+
+/// `r = θ − far`, which must never be asked beyond `upper`.
+struct Fenced {
+    far: f64,
+    upper: f64,
+}
+
+impl LeastSquares for Fenced {
+    type Error = String;
+    fn residuals(&self) -> usize {
+        1
+    }
+    fn parameters(&self) -> usize {
+        1
+    }
+    fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), String> {
+        if theta[0] > self.upper {
+            return Err(format!("{} is beyond {}", theta[0], self.upper));
+        }
+        r[0] = theta[0] - self.far;
+        Ok(())
+    }
+    fn jacobian(&mut self, _: &[f64], j: &mut [f64]) -> Result<(), String> {
+        j[0] = 1.0;
+        Ok(())
+    }
+}
+
+#[test]
+fn rounding_does_not_carry_a_step_over_its_bound() {
+    let mut rounded_over = 0;
+    for k in 0..200 {
+        let (start, upper) = (-0.1 * f64::from(k) - 0.013, 0.7 + 0.001 * f64::from(k));
+        rounded_over += usize::from(start + (upper - start) > upper);
+        for damping in [Damping::None, Damping::Marquardt { initial: 1e-9 }] {
+            let params = GaussNewtonParams {
+                damping,
+                bounds: Some(Bounds {
+                    lower: vec![-1e3],
+                    upper: vec![upper],
+                }),
+                ..Default::default()
+            };
+            let mut theta = [start];
+            let mut problem = Fenced { far: 1e3, upper };
+            gauss_newton(&mut problem, &mut theta, &params).unwrap();
+            assert!(theta[0] <= upper && upper - theta[0] < 1e-14, "{damping:?}");
+        }
+    }
+    assert!(rounded_over > 10, "{rounded_over}");
+}

@@ -426,3 +426,99 @@ fn patterns_are_checked() {
     );
     assert_eq!(BlockPattern::from_rows(vec![], vec![]).unwrap().blocks(), 0);
 }
+
+#[test]
+fn a_right_hand_side_of_any_size_is_solved_to_the_same_digits() {
+    let a = random_matrix::<2>(3, 40, 3);
+    let n = a.dim();
+    let b: Vec<f64> = (0..n).map(|i| (1.3 * i as f64).sin()).collect();
+    let solve = |b: &[f64]| {
+        let mut x = vec![0.0; n];
+        let params = PcgParams::default();
+        let info = pcg(&a, &BlockJacobi::new(&a).unwrap(), b, &mut x, &params).unwrap();
+        (x, info)
+    };
+    let (expected, plain) = solve(&b);
+    for exponent in [-1000, -900, -548, -531, -300, 0, 300, 531, 1000] {
+        let scale = (f64::from(exponent)).exp2();
+        let scaled: Vec<f64> = b.iter().map(|b| b * scale).collect();
+        let (x, info) = solve(&scaled);
+        assert_eq!(info.iterations, plain.iterations, "2^{exponent}");
+        for (x, e) in x.iter().zip(&expected) {
+            assert!(
+                (x / scale - e).abs() <= 1e-14 * max_abs(&expected),
+                "2^{exponent}"
+            );
+        }
+    }
+    for scale in [1e-160, 1e-165, 1e-200, 1e300] {
+        let scaled: Vec<f64> = b.iter().map(|b| b * scale).collect();
+        let (x, info) = solve(&scaled);
+        assert!(info.relative_residual > 0.0);
+        for (x, e) in x.iter().zip(&expected) {
+            assert!((x / scale - e).abs() <= 1e-12 * max_abs(&expected));
+        }
+    }
+}
+
+#[test]
+fn without_a_load_a_semidefinite_system_keeps_the_null_space_of_its_first_guess() {
+    let a = neumann(12);
+    let n = a.dim();
+    let mut x: Vec<f64> = (0..n).map(|i| (0.7 * i as f64).cos()).collect();
+    let start = x.clone();
+    // In the scaled inner product the constant keeps its share.
+    let d = a.diagonal();
+    let mean = |x: &[f64]| {
+        let weighted: f64 = (0..n - 1).map(|i| d[i] * x[i]).sum();
+        weighted / d[..n - 1].iter().sum::<f64>()
+    };
+    let info = pcg_semidefinite(&a, &d, &vec![0.0; n], &mut x, &PcgParams::default()).unwrap();
+    assert!(info.iterations > 0 && info.relative_residual <= 1e-10);
+    assert!((0..n - 1).all(|i| (x[i] - mean(&start)).abs() < 1e-9));
+    assert_eq!(x[n - 1], start[n - 1]);
+    let constant = vec![3.0; n];
+    let mut x = constant.clone();
+    pcg_semidefinite(&a, &d, &vec![0.0; n], &mut x, &PcgParams::default()).unwrap();
+    assert!(x.iter().all(|v| (v - 3.0).abs() < 1e-12));
+}
+
+/// `z = share · r` on even entries and `r` on odd ones.
+struct Uneven(f64);
+
+impl Preconditioner for Uneven {
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        for (i, (z, r)) in z.iter_mut().zip(r).enumerate() {
+            *z = if i % 2 == 0 { self.0 * r } else { *r };
+        }
+    }
+}
+
+#[test]
+fn a_preconditioner_that_is_not_positive_definite_is_named() {
+    let a = random_matrix::<1>(9, 8, 2);
+    let even: Vec<f64> = (0..8).map(|i| f64::from(1 - i % 2)).collect();
+    for share in [-1.0, 0.0] {
+        let mut x = vec![0.0; 8];
+        let outcome = pcg(&a, &Uneven(share), &even, &mut x, &PcgParams::default());
+        assert_eq!(outcome, Err(PcgError::Preconditioner { iteration: 0 }));
+        assert!(x.iter().all(|&x| x == 0.0));
+    }
+    let mut x = vec![0.0; 8];
+    let outcome = pcg(&a, &Uneven(f64::NAN), &even, &mut x, &PcgParams::default());
+    assert!(matches!(outcome, Err(PcgError::NonFinite { .. })));
+}
+
+#[test]
+fn tolerances_that_are_no_sizes_are_refused() {
+    let a = random_matrix::<1>(9, 8, 2);
+    for (relative, absolute) in [(-1.0, 0.0), (f64::NAN, 0.0), (0.0, -1e-9), (0.0, f64::NAN)] {
+        let params = PcgParams {
+            relative_tolerance: relative,
+            absolute_tolerance: absolute,
+            ..Default::default()
+        };
+        let outcome = pcg(&a, &Identity, &[1.0; 8], &mut [0.0; 8], &params);
+        assert!(matches!(outcome, Err(PcgError::Tolerance { .. })));
+    }
+}
