@@ -1,9 +1,8 @@
 //! Files that are either written whole or not at all.
 
-use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
+use tempfile::NamedTempFile;
 
 /// Writes a file under a temporary name beside `path` and renames it once everything is on disk,
 /// so that a failure leaves whatever was at `path` untouched and no half-written file behind.
@@ -22,20 +21,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Whatever `content` or the file system returns.
 pub fn write(
     path: &Path,
-    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let temporary = temporary_name(path)?;
-    let result = (|| {
-        let mut file = BufWriter::new(File::create_new(&temporary)?);
-        content(&mut file)?;
-        file.into_inner().map_err(|e| e.into_error())?.sync_all()?;
-        fs::rename(&temporary, path)
-    })();
-    if result.is_err() {
-        // The first error is the one worth telling; the leftover may not even exist.
-        let _ = fs::remove_file(&temporary);
-    }
-    result
+    // In the same folder, so that the rename stays on one file system.
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let mut file = BufWriter::new(temporary_in(folder.unwrap_or(Path::new(".")))?);
+    content(&mut file)?;
+    let file = file.into_inner().map_err(|e| e.into_error())?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    Ok(())
 }
 
 /// [`write()`] for bytes at hand.
@@ -46,23 +41,21 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write(path, |file| file.write_all(bytes))
 }
 
-/// A name in the same folder, so that the rename stays on one file system.
-fn temporary_name(path: &Path) -> io::Result<PathBuf> {
-    static COUNTER: AtomicU64 = AtomicU64::new(0);
-    let name = path.file_name().ok_or_else(|| {
-        let message = format!("{} names no file", path.display());
-        io::Error::new(io::ErrorKind::InvalidInput, message)
-    })?;
-    let serial = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let mut temporary = std::ffi::OsString::from(".");
-    temporary.push(name);
-    temporary.push(format!(".{}-{serial}.tmp", std::process::id()));
-    Ok(path.with_file_name(temporary))
+/// A temporary file with the permissions of any new file.
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn a_failure_leaves_the_old_file_and_nothing_else() {
@@ -81,6 +74,20 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
         write_bytes(&path, b"new").expect("writable");
         assert_eq!(fs::read(&path).expect("there"), b"new");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_new_file_has_the_permissions_of_any_other() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mode = |name: &str| {
+            let path = folder.path().join(name);
+            fs::metadata(path).expect("there").permissions().mode()
+        };
+        fs::write(folder.path().join("plain"), b"").expect("writable");
+        write_bytes(&folder.path().join("whole"), b"").expect("writable");
+        assert_eq!(mode("whole"), mode("plain"));
     }
 
     #[test]
