@@ -37,9 +37,9 @@ fn rig() -> Rig {
     let fibers: Vec<Fiber> = (0..mesh.elements().len())
         .map(|element| Fiber {
             element,
-            channel: element % MUSCLES,
+            control: element % MUSCLES,
             direction: [[0.0, 0.6, 0.8], [0.8, 0.0, 0.6], [0.6, 0.8, 0.0]][element % MUSCLES],
-            peak: 2e4,
+            max_isometric_stress: 2e4,
             optimal_stretch: 1.0,
         })
         .collect();

@@ -61,9 +61,9 @@ impl Scene {
             .iter()
             .map(|entry| Fiber {
                 element: entry.tet as usize,
-                channel: entry.muscle as usize,
+                control: entry.muscle as usize,
                 direction: entry.direction,
-                peak: self.fibers.sigma_max * entry.weight,
+                max_isometric_stress: self.fibers.sigma_max * entry.weight,
                 optimal_stretch: self.fibers.lambda_ofl,
             })
             .collect();
@@ -148,8 +148,12 @@ mod tests {
             };
             let assembly = with(material, fibers);
             let largest = |activation: f64| {
-                let activations = vec![activation; assembly.channels()];
-                let forces = assembly.forces_everywhere(assembly.rest(), &activations);
+                let activations = vec![activation; assembly.controls()];
+                let forces = assembly.forces_everywhere(
+                    assembly
+                        .configuration(assembly.rest(), &activations)
+                        .unwrap(),
+                );
                 forces.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()))
             };
             assert!(largest(0.0) < 1e-9, "{material:?}");

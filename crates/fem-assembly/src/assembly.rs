@@ -1,30 +1,37 @@
 //! Energy, forces and Hessian of a whole mesh.
 
-use crate::block::RestElement;
-use crate::builder::Chunk;
+use crate::configuration::Configuration;
 use crate::dofs::Dofs;
-use crate::part::{Part, State};
-use crate::penalty::Penalty;
+use crate::element::RestElement;
+use crate::error::AssemblyError;
+use crate::plan::{Chunk, Piece, Summand, Work};
+use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Target, pair};
 use fem_materials::HessianProjection;
 use fem_solvers::{BlockPattern, BlockSymmetric};
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
-/// A mesh with its materials, fibers and obstacles, ready to be evaluated at any positions.
+/// A mesh with the terms of its energy, ready to be evaluated in any configuration.
 ///
 /// Positions and displacements are given for every node of the mesh, in its own numbering;
 /// results are given for the free nodes (x^U), in the numbering of [`Dofs`]. All sums have a fixed
 /// order: the same bits for any number of threads.
+///
+/// # Panics
+/// The methods expect lists of the lengths of this assembly: a [`Configuration`] that it made itself,
+/// D numbers for each free node, one displacement for each node.
 pub struct Assembly<const D: usize> {
     pub(crate) dofs: Dofs<D>,
     pub(crate) rest: Vec<[f64; D]>,
     pub(crate) elements: Vec<RestElement<D>>,
     pub(crate) pattern: Arc<BlockPattern>,
-    pub(crate) chunks: Vec<Chunk<D>>,
-    /// Elements whose vertices are all prescribed: they have energy but no force on x^U.
-    pub(crate) prescribed: Vec<Box<dyn Part<D>>>,
-    pub(crate) penalties: Vec<Penalty<D>>,
-    pub(crate) channels: usize,
+    pub(crate) summands: Vec<Summand<D>>,
+    pub(crate) chunks: Vec<Chunk>,
+    /// Of each stencil of each term: is it felt by a free node?
+    pub(crate) free: Vec<bool>,
+    pub(crate) free_pieces: Vec<Piece>,
+    pub(crate) prescribed_pieces: Vec<Piece>,
+    pub(crate) controls: usize,
     pub(crate) force_scale: OnceLock<Option<f64>>,
 }
 
@@ -34,12 +41,24 @@ impl<const D: usize> std::fmt::Debug for Assembly<D> {
             .field("nodes", &self.rest.len())
             .field("elements", &self.elements.len())
             .field("free_nodes", &self.dofs.free_nodes())
-            .field("activation_channels", &self.channels)
+            .field("terms", &self.summands.len())
+            .field("controls", &self.controls)
             .finish_non_exhaustive()
     }
 }
 
 impl<const D: usize> Assembly<D> {
+    /// Positions of all nodes (meters) and values of all controls, checked.
+    ///
+    /// # Errors
+    /// When a list has the wrong length or a number is not finite.
+    pub fn configuration<'a>(
+        &self,
+        positions: &'a [[f64; D]],
+        controls: &'a [f64],
+    ) -> Result<Configuration<'a, D>, AssemblyError> {
+        Configuration::checked(positions, controls, (self.rest.len(), self.controls))
+    }
     /// The split into prescribed and free coordinates.
     pub fn dofs(&self) -> &Dofs<D> {
         &self.dofs
@@ -52,22 +71,18 @@ impl<const D: usize> Assembly<D> {
     pub fn pattern(&self) -> &Arc<BlockPattern> {
         &self.pattern
     }
-    /// Number of activation channels.
-    pub fn channels(&self) -> usize {
-        self.channels
+    /// Number of controls.
+    pub fn controls(&self) -> usize {
+        self.controls
     }
     /// The force that strains by one at rest, newtons: the stiffness of a free node in the median
     /// times the mean size of an element. `None` where nothing is stiff at rest.
     pub fn force_scale(&self) -> Option<f64> {
         *self.force_scale.get_or_init(|| {
             let mut hessian = BlockSymmetric::zeros(self.pattern.clone());
-            let activations = vec![0.0; self.channels];
-            self.hessian(
-                &self.rest,
-                &activations,
-                HessianProjection::None,
-                &mut hessian,
-            );
+            let controls = vec![0.0; self.controls];
+            let at_rest = Configuration::trusted(&self.rest, &controls);
+            self.hessian(at_rest, HessianProjection::None, &mut hessian);
             let mut stiffness: Vec<f64> = (0..self.pattern.blocks())
                 .map(|row| {
                     let block = hessian.values()[self.pattern.diagonal(row)];
@@ -105,159 +120,76 @@ impl<const D: usize> Assembly<D> {
         })
     }
 
-    /// Energy of everything, prescribed elements included, joules; +∞ outside a material's domain.
-    pub fn energy(&self, positions: &[[f64; D]], activations: &[f64]) -> f64 {
-        let mut energies = Vec::new();
-        for part in &self.prescribed {
-            part.energies(
-                State {
-                    positions,
-                    activations,
-                },
-                &mut energies,
-            );
-        }
-        self.free_energy(positions, activations) + self.sum(energies)
+    /// Energy of everything, prescribed elements included, joules; +∞ outside a term's domain.
+    pub fn energy(&self, at: Configuration<D>) -> f64 {
+        let prescribed = self.energies(at, &self.prescribed_pieces);
+        self.free_energy(at) + self.sum(&prescribed, false)
     }
 
-    /// Energy of the elements and penalties that free nodes feel: what an equilibrium minimizes.
-    pub fn free_energy(&self, positions: &[[f64; D]], activations: &[f64]) -> f64 {
-        let state = State {
-            positions,
-            activations,
-        };
-        let energies: Vec<Vec<(u32, f64)>> = self
-            .chunks
-            .par_iter()
-            .map(|chunk| {
-                let mut out = Vec::new();
-                chunk
-                    .parts
-                    .iter()
-                    .for_each(|part| part.energies(state, &mut out));
-                out
-            })
-            .collect();
-        self.sum(energies.into_iter().flatten()) + self.penalty_energy(positions)
+    /// Energy of the stencils that free nodes feel, joules: what an equilibrium minimizes.
+    pub fn free_energy(&self, at: Configuration<D>) -> f64 {
+        self.sum(&self.energies(at, &self.free_pieces), true)
     }
 
     /// The first element (in mesh order) whose energy is not finite.
-    pub fn element_outside_domain(
-        &self,
-        positions: &[[f64; D]],
-        activations: &[f64],
-    ) -> Option<usize> {
-        let mut energies = Vec::new();
-        let parts = self
-            .chunks
-            .iter()
-            .flat_map(|c| &c.parts)
-            .chain(&self.prescribed);
-        for part in parts {
-            part.energies(
-                State {
-                    positions,
-                    activations,
-                },
-                &mut energies,
-            );
-        }
-        energies
-            .iter()
-            .filter(|(_, e)| !e.is_finite())
-            .map(|&(k, _)| k as usize)
-            .min()
+    pub fn element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
+        let free = self.energies(at, &self.free_pieces);
+        let prescribed = self.energies(at, &self.prescribed_pieces);
+        let outside = self.summands.iter().flat_map(|summand| {
+            let (first, count) = (summand.first_energy, summand.stencils.count());
+            let (free, prescribed) = (&free[first..], &prescribed[first..]);
+            (0..count)
+                .filter(move |&s| !(free[s].is_finite() && prescribed[s].is_finite()))
+                .filter_map(|s| summand.term.element(s))
+        });
+        outside.min()
     }
 
     /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
-    pub fn gradient(
-        &self,
-        positions: &[[f64; D]],
-        activations: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let state = State {
-            positions,
-            activations,
-        };
-        let energies = self.by_rows(gradient, |chunk, rows| {
-            let mut out = Vec::new();
-            chunk
-                .parts
-                .iter()
-                .for_each(|part| part.gradient(state, rows, &mut out));
-            out
+    pub fn gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
+        let energies = self.by_rows(gradient, |summand, stencils, sink| {
+            summand.term.gradient(at, stencils, sink);
         });
-        for penalty in &self.penalties {
-            penalty.add_gradient(positions, &self.dofs, gradient);
+        self.clear_prescribed_axes(gradient);
+        let mut by_stencil = vec![0.0; self.free.len()];
+        for (stencil, energy) in energies.into_iter().flatten() {
+            by_stencil[stencil as usize] = energy;
         }
-        self.clear_clamped_axes(gradient);
-        self.sum(energies.into_iter().flatten()) + self.penalty_energy(positions)
+        self.sum(&by_stencil, true)
     }
 
     /// Nodal forces f = −∂E/∂x at every node, prescribed ones included, newtons: at equilibrium the
     /// reaction that a prescribed node exerts on the body is −f.
-    pub fn forces_everywhere(&self, positions: &[[f64; D]], activations: &[f64]) -> Vec<[f64; D]> {
-        let mut everywhere = vec![[0.0; D]; self.rest.len()];
-        let state = State {
-            positions,
-            activations,
-        };
-        for part in self.every_part() {
-            part.gradient_everywhere(state, &mut everywhere);
-        }
-        everywhere
-            .as_flattened_mut()
-            .iter_mut()
-            .for_each(|f| *f = -*f);
-        for penalty in &self.penalties {
-            penalty.add_forces_everywhere(positions, &mut everywhere);
-        }
-        everywhere
+    pub fn forces_everywhere(&self, at: Configuration<D>) -> Vec<[f64; D]> {
+        let mut forces = self.everywhere(|summand, stencils, sink| {
+            summand.term.gradient(at, stencils, sink);
+        });
+        let numbers = forces.as_flattened_mut();
+        numbers.iter_mut().for_each(|f| *f = -*f);
+        forces
     }
 
-    /// (∂²E/∂x²) δx at every node, prescribed ones included: the adjoint of a load needs the rows
-    /// that [`Assembly::hessian_vector`] leaves out.
+    /// (∂²E/∂x²) δx at every node, prescribed ones included, newtons: the adjoint of a load needs
+    /// the rows that [`Assembly::hessian_vector`] leaves out.
     pub fn hessian_vector_everywhere(
         &self,
-        positions: &[[f64; D]],
-        activations: &[f64],
+        at: Configuration<D>,
         displacement: &[[f64; D]],
     ) -> Vec<[f64; D]> {
-        let mut everywhere = vec![[0.0; D]; self.rest.len()];
-        let state = State {
-            positions,
-            activations,
-        };
-        for part in self.every_part() {
-            part.differential_everywhere(state, displacement, &mut everywhere);
-        }
-        for penalty in &self.penalties {
-            penalty.add_product_everywhere(positions, displacement, &mut everywhere);
-        }
-        everywhere
+        self.everywhere(|summand, stencils, sink| {
+            summand
+                .term
+                .hessian_vector(at, displacement, stencils, sink);
+        })
     }
 
-    fn every_part(&self) -> impl Iterator<Item = &dyn Part<D>> {
-        self.chunks
-            .iter()
-            .flat_map(|c| &c.parts)
-            .chain(&self.prescribed)
-            .map(|p| &**p)
-    }
-
-    /// ∂²E/∂x^U∂x^U, symmetric. Elements are filtered one by one as asked.
+    /// ∂²E/∂x^U∂x^U, symmetric, newtons per meter. Stencils are projected one by one as asked.
     pub fn hessian(
         &self,
-        positions: &[[f64; D]],
-        activations: &[f64],
-        filter: HessianProjection,
+        at: Configuration<D>,
+        projection: HessianProjection,
         hessian: &mut BlockSymmetric<D>,
     ) {
-        let state = State {
-            positions,
-            activations,
-        };
         let mut pieces = Vec::with_capacity(self.chunks.len());
         let mut rest = hessian.values_mut();
         let starts = self.pattern.row_start();
@@ -269,69 +201,69 @@ impl<const D: usize> Assembly<D> {
         }
         pieces.into_par_iter().for_each(|(chunk, values)| {
             values.fill([[0.0; D]; D]);
-            chunk
-                .parts
-                .iter()
-                .for_each(|part| part.hessian(state, filter, values));
+            for (summand, work) in self.summands.iter().zip(&chunk.works) {
+                let pairs = pair(summand.stencils.vertices, 0);
+                for run in &work.runs {
+                    let target = Target::Matrix {
+                        first: run.stencils.start,
+                        pairs,
+                        places: &work.places[run.start * pairs..],
+                        values,
+                    };
+                    let mut sink = HessianSink { scale: 1.0, target };
+                    let stencils = run.stencils.clone();
+                    summand.term.hessian(at, projection, stencils, &mut sink);
+                }
+            }
         });
-        for penalty in &self.penalties {
-            penalty.add_hessian(positions, &self.dofs, filter, hessian);
-        }
-        self.decouple_clamped_axes(hessian);
+        self.decouple_prescribed_axes(hessian);
     }
 
-    /// (∂²E/∂x^U∂x) δx without a matrix; δx is given at every node, so that it serves both the
-    /// operator of a conjugate-gradient solve (δx = 0 at prescribed nodes) and the right-hand side
-    /// of document 000, eq. 9 (δx ≠ 0 only there).
+    /// (∂²E/∂x^U∂x) δx without a matrix, newtons; δx is given at every node, so that it serves both
+    /// the operator of a conjugate-gradient solve (δx = 0 at prescribed nodes) and the right-hand
+    /// side of document 000, eq. 9 (δx ≠ 0 only there).
     pub fn hessian_vector(
         &self,
-        positions: &[[f64; D]],
-        activations: &[f64],
+        at: Configuration<D>,
         displacement: &[[f64; D]],
         product: &mut [f64],
     ) {
-        let state = State {
-            positions,
-            activations,
-        };
-        self.by_rows(product, |chunk, rows| {
-            chunk
-                .parts
-                .iter()
-                .for_each(|part| part.differential(state, displacement, rows));
+        self.by_rows(product, |summand, stencils, sink| {
+            summand
+                .term
+                .hessian_vector(at, displacement, stencils, sink);
         });
-        for penalty in &self.penalties {
-            penalty.add_product(positions, displacement, &self.dofs, product);
-        }
-        self.clear_clamped_axes(product);
+        self.clear_prescribed_axes(product);
     }
 
-    /// ∂²E/∂x^U∂α_c: minus the force of channel c at unit activation (document 000, eq. 4).
-    pub fn activation_gradient(
-        &self,
-        positions: &[[f64; D]],
-        channel: usize,
-        gradient: &mut [f64],
-    ) {
-        let state = State {
-            positions,
-            activations: &[],
-        };
-        self.by_rows(gradient, |chunk, rows| {
-            chunk
-                .parts
-                .iter()
-                .for_each(|part| part.activation_gradient(state, channel, rows));
+    /// ∂²E/∂x^U∂c of one control: minus the force that it causes at 1 (document 000, eq. 4, for
+    /// the activation of a muscle). It depends on no control.
+    pub fn control_gradient(&self, at: Configuration<D>, control: usize, gradient: &mut [f64]) {
+        self.by_rows(gradient, |summand, stencils, sink| {
+            if control < summand.term.controls() {
+                summand.term.control_gradient(at, control, stencils, sink);
+            }
         });
-        self.clear_clamped_axes(gradient);
+        self.clear_prescribed_axes(gradient);
     }
 
-    /// Runs `work` on every chunk with its own zeroed run of rows.
-    fn by_rows<R: Send>(
+    /// The largest t for which x + τ δx is in the domain of every term for 0 ≤ τ < t, as far as the
+    /// terms know it; +∞ where none says anything.
+    pub fn largest_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
+        let of = |summand: &Summand<D>| {
+            let all = 0..summand.stencils.count();
+            summand.term.largest_step(at, displacement, all)
+        };
+        self.summands.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Runs `work` on every run of every chunk, into the chunk's own zeroed rows; returns the
+    /// energies of the stencils that each chunk owns.
+    fn by_rows(
         &self,
         rows: &mut [f64],
-        work: impl Fn(&Chunk<D>, &mut [[f64; D]]) -> R + Sync,
-    ) -> Vec<R> {
+        work: impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>) + Sync,
+    ) -> Vec<Vec<(u32, f64)>> {
         let mut pieces = Vec::with_capacity(self.chunks.len());
         let (mut rest, _) = rows.as_chunks_mut::<D>();
         for chunk in &self.chunks {
@@ -339,30 +271,80 @@ impl<const D: usize> Assembly<D> {
             pieces.push((chunk, piece));
             rest = tail;
         }
-        pieces
-            .into_par_iter()
-            .map(|(chunk, rows)| {
-                rows.fill([0.0; D]);
-                work(chunk, rows)
-            })
-            .collect()
+        let of_chunk = |(chunk, rows): (&Chunk, &mut [[f64; D]])| {
+            rows.fill([0.0; D]);
+            let mut energies = Vec::new();
+            for (summand, of_term) in self.summands.iter().zip(&chunk.works) {
+                let Work {
+                    runs,
+                    rows: places,
+                    owned,
+                    ..
+                } = of_term;
+                let vertices = summand.stencils.vertices;
+                for run in runs {
+                    let stencils = run.stencils.clone();
+                    let mut sink = GradientSink {
+                        first: stencils.start,
+                        vertices,
+                        scale: 1.0,
+                        rows: &places[run.start * vertices..],
+                        nodes: &summand.stencils.nodes,
+                        sums: rows,
+                        owned: &owned[run.start..],
+                        first_energy: summand.first_energy,
+                        energies: Some(&mut energies),
+                    };
+                    work(summand, stencils, &mut sink);
+                }
+            }
+            energies
+        };
+        pieces.into_par_iter().map(of_chunk).collect()
     }
 
-    fn clear_clamped_axes(&self, rows: &mut [f64]) {
-        for &(row, axis) in self.dofs.clamped_axes() {
+    /// Runs `work` on every stencil; every node has a row.
+    fn everywhere(
+        &self,
+        work: impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>),
+    ) -> Vec<[f64; D]> {
+        let mut sums = vec![[0.0; D]; self.rest.len()];
+        for summand in &self.summands {
+            let nodes = &summand.stencils.nodes;
+            let mut rows: Vec<u32> = nodes.iter().map(|&n| n as u32).collect();
+            let whole = summand.stencils.batch * summand.stencils.vertices;
+            rows.resize(rows.len().next_multiple_of(whole), NONE);
+            let mut sink = GradientSink {
+                first: 0,
+                vertices: summand.stencils.vertices,
+                scale: 1.0,
+                rows: &rows,
+                nodes,
+                sums: &mut sums,
+                owned: &[],
+                first_energy: summand.first_energy,
+                energies: None,
+            };
+            work(summand, 0..summand.stencils.count(), &mut sink);
+        }
+        sums
+    }
+
+    fn clear_prescribed_axes(&self, rows: &mut [f64]) {
+        for &(row, axis) in self.dofs.prescribed_axes() {
             rows[D * row as usize + axis] = 0.0;
         }
     }
 
-    /// Rows and columns of clamped axes of partly free nodes become multiples of unit vectors.
+    /// Rows and columns of prescribed axes of partly free nodes become multiples of unit vectors.
     /// Their right-hand side is 0 and nothing couples to them, so they stay exactly 0 in any solve.
-    fn decouple_clamped_axes(&self, hessian: &mut BlockSymmetric<D>) {
-        if self.dofs.clamped_axes().is_empty() {
+    fn decouple_prescribed_axes(&self, hessian: &mut BlockSymmetric<D>) {
+        if self.dofs.prescribed_axes().is_empty() {
             return;
         }
-        let mut clamped = vec![[false; D]; self.dofs.free_nodes()];
-        for &(row, axis) in self.dofs.clamped_axes() {
-            clamped[row as usize][axis] = true;
+        let mut prescribed = vec![[false; D]; self.dofs.free_nodes()];
+        for &(row, axis) in self.dofs.prescribed_axes() {
+            prescribed[row as usize][axis] = true;
         }
         let values = hessian.values_mut();
         for row in 0..self.pattern.blocks() {
@@ -372,7 +354,7 @@ impl<const D: usize> Assembly<D> {
                 let trace: f64 = (0..D).map(|i| block[i][i].abs()).sum();
                 for i in 0..D {
                     for j in 0..D {
-                        if clamped[row][i] || clamped[column as usize][j] {
+                        if prescribed[row][i] || prescribed[column as usize][j] {
                             let diagonal = column as usize == row && i == j;
                             block[i][j] = if diagonal { trace } else { 0.0 };
                         }
@@ -382,19 +364,41 @@ impl<const D: usize> Assembly<D> {
         }
     }
 
-    fn penalty_energy(&self, positions: &[[f64; D]]) -> f64 {
-        self.penalties.iter().map(|p| p.energy(positions)).sum()
+    /// Energy of each stencil of each term; 0 in those outside the pieces.
+    fn energies(&self, at: Configuration<D>, pieces: &[Piece]) -> Vec<f64> {
+        let mut energies = vec![0.0; self.free.len()];
+        let (mut rest, mut done) = (energies.as_mut_slice(), 0);
+        let mut outputs = Vec::with_capacity(pieces.len());
+        for piece in pieces {
+            let summand = &self.summands[piece.term];
+            let start = summand.first_energy + piece.stencils.start;
+            let (_, tail) = std::mem::take(&mut rest).split_at_mut(start - done);
+            let (output, tail) = tail.split_at_mut(piece.stencils.len());
+            outputs.push((summand, piece.stencils.clone(), output));
+            rest = tail;
+            done = start + piece.stencils.len();
+        }
+        outputs
+            .into_par_iter()
+            .for_each(|(summand, stencils, energies)| {
+                let mut sink = EnergySink {
+                    first: stencils.start,
+                    scale: 1.0,
+                    energies,
+                };
+                summand.term.energy(at, stencils, &mut sink);
+            });
+        energies
     }
 
-    /// Σ over elements in mesh order, compensated: what a line search compares must not depend on
-    /// the chunks and should not lose digits.
-    fn sum(&self, energies: impl IntoIterator<Item = (u32, f64)>) -> f64 {
-        let mut by_element = vec![0.0; self.elements.len()];
-        for (element, energy) in energies {
-            by_element[element as usize] += energy;
-        }
+    /// Σ in the order (term, stencil) over the free stencils or the others, compensated: what a line
+    /// search compares must not depend on the chunks and should not lose digits.
+    fn sum(&self, energies: &[f64], free: bool) -> f64 {
         let (mut sum, mut lost) = (0.0_f64, 0.0_f64);
-        for energy in by_element {
+        for (&energy, &of_free) in energies.iter().zip(&self.free) {
+            if of_free != free {
+                continue;
+            }
             let next = sum + energy;
             lost += if sum.abs() >= energy.abs() {
                 (sum - next) + energy

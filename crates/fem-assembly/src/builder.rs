@@ -1,52 +1,17 @@
-//! Collects mesh, constraints, materials, fibers and obstacles into an [`Assembly`].
+//! Collects mesh, constraints and terms into an [`Assembly`].
 
 use crate::assembly::Assembly;
-use crate::block::RestElement;
-use crate::dofs::{Dofs, FIXED};
+use crate::dofs::Dofs;
+use crate::element::RestElement;
+use crate::element_group::Entry;
 use crate::error::AssemblyError;
-use crate::law::Uniform;
 use crate::mesh::SimplexMesh;
-use crate::part::{Elements, Part};
-use crate::penalty::Penalty;
-use fem_materials::Material;
-use fem_solvers::BlockPattern;
-use std::ops::Range;
+use crate::plan::{self, Chunk, Summand};
+use crate::term::Term;
 use std::sync::Arc;
 
-/// Consecutive matrix rows and the elements that touch them.
-pub(crate) struct Chunk<const D: usize> {
-    pub rows: Range<usize>,
-    pub parts: Vec<Box<dyn Part<D>>>,
-}
-
-/// Rows below which a chunk is not worth its border.
-const SMALLEST_CHUNK: usize = 512;
-/// Chunks per thread, so that an uneven load evens out.
-const CHUNKS_PER_THREAD: usize = 2;
-
-/// Packs the chosen entries of one law for a chunk (`None`: the all-prescribed elements).
-type Pack<const D: usize> = dyn Fn(&[Entry], &Packing<D>) -> Box<dyn Part<D>>;
-
-/// One entry of a layer (its index there) and the element that it belongs to.
-#[derive(Clone, Copy)]
-pub(crate) struct Entry {
-    pub index: u32,
-    pub element: u32,
-}
-
-/// What a law needs to know to pack its elements.
-pub(crate) struct Packing<'a, const D: usize> {
-    pub elements: &'a [RestElement<D>],
-    /// The chunk's rows; `None` for elements that touch no free node.
-    pub rows: Option<Range<usize>>,
-    pub pattern: &'a BlockPattern,
-}
-
-struct Layer<const D: usize> {
-    /// The element of each entry: of each element of a region, of each fiber of a field.
-    element_of_entry: Vec<u32>,
-    pack: Box<Pack<D>>,
-}
+/// How far from 1 the length of a direction may be.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Builds an [`Assembly`].
 ///
@@ -55,20 +20,22 @@ struct Layer<const D: usize> {
 /// use fem_materials::NeoHookean;
 ///
 /// let mesh = fem_assembly::mesh::kuhn_grid(2, 2, 2, [1.0; 3])?;
-/// let clamped: Vec<usize> = (0..9).collect();
-/// let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &clamped)?;
+/// let prescribed: Vec<usize> = (0..9).collect();
+/// let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed)?;
 /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
 /// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
-/// assert!(assembly.energy(mesh.nodes(), &[]).abs() < 1e-9);
+/// let at_rest = assembly.configuration(mesh.nodes(), &[])?;
+/// assert!(assembly.energy(at_rest).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct AssemblyBuilder<const D: usize> {
     dofs: Dofs<D>,
     rest: Vec<[f64; D]>,
     elements: Vec<RestElement<D>>,
-    layers: Vec<Layer<D>>,
-    penalties: Vec<Penalty<D>>,
-    channels: usize,
+    summands: Vec<Summand<D>>,
+    /// Stencils of all terms.
+    stencils: usize,
+    controls: usize,
 }
 
 impl<const D: usize> AssemblyBuilder<D> {
@@ -91,89 +58,72 @@ impl<const D: usize> AssemblyBuilder<D> {
             .enumerate()
             .map(|(e, nodes)| RestElement::new(e, nodes, rest, dofs.rank()))
             .collect::<Result<_, _>>()?;
-        let (layers, penalties) = (Vec::new(), Vec::new());
         Ok(Self {
             dofs,
             rest: rest.to_vec(),
             elements,
-            layers,
-            penalties,
-            channels: 0,
+            summands: Vec::new(),
+            stencils: 0,
+            controls: 0,
         })
     }
 
-    /// One material for the whole mesh. Materials given to the same element add up.
+    /// Adds a kind of energy; all that are given add up.
     ///
     /// # Errors
-    /// None today; the signature matches [`AssemblyBuilder::region`].
-    pub fn material<M: Material<D> + 'static>(self, material: M) -> Result<Self, AssemblyError> {
-        let all: Vec<usize> = (0..self.elements.len()).collect();
-        self.region(&all, material)
-    }
-
-    /// One material for some elements. Materials given to the same element add up.
-    ///
-    /// # Errors
-    /// When an element does not exist.
-    pub fn region<M: Material<D> + 'static>(
-        mut self,
-        elements: &[usize],
-        material: M,
-    ) -> Result<Self, AssemblyError> {
-        let element_of_entry = self.existing(elements)?;
-        let pack = Box::new(
-            move |entries: &[Entry], packing: &Packing<D>| -> Box<dyn Part<D>> {
-                Box::new(Elements::pack(Uniform(material), entries, packing))
-            },
-        );
-        self.layers.push(Layer {
-            element_of_entry,
-            pack,
+    /// When a stencil names a node that does not exist, or one twice; when there are more than 2³²
+    /// stencils.
+    pub fn term(mut self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
+        let stencils = term.stencils();
+        stencils.check(self.summands.len(), self.rest.len())?;
+        let first_energy = self.stencils;
+        self.stencils += stencils.count();
+        if u32::try_from(self.stencils).is_err() {
+            let count = self.stencils;
+            return Err(AssemblyError::TooManyStencils { count });
+        }
+        self.controls = self.controls.max(term.controls());
+        self.summands.push(Summand {
+            term: Box::new(term),
+            stencils,
+            first_energy,
         });
         Ok(self)
     }
 
-    /// Adds a penalty against an obstacle (document 000, 5.7).
-    ///
-    /// # Errors
-    /// When one of its nodes does not exist, a number is not finite, the stiffness or the radius is
-    /// not positive, or the normal is not of length 1 (to 1e-3).
-    pub fn penalty(mut self, penalty: Penalty<D>) -> Result<Self, AssemblyError> {
-        let count = self.rest.len();
-        if let Some(&node) = penalty.nodes.iter().find(|&&n| n >= count) {
-            return Err(AssemblyError::NoSuchNode { node, count });
-        }
-        penalty.check(self.penalties.len())?;
-        self.penalties.push(penalty);
-        Ok(self)
+    /// An evaluation will be given at least so many controls.
+    #[must_use]
+    pub fn controls(mut self, count: usize) -> Self {
+        self.controls = self.controls.max(count);
+        self
     }
 
-    pub(crate) fn existing(&self, elements: &[usize]) -> Result<Vec<u32>, AssemblyError> {
+    /// Number of terms so far.
+    pub(crate) fn terms(&self) -> usize {
+        self.summands.len()
+    }
+    pub(crate) fn elements(&self) -> &[RestElement<D>] {
+        &self.elements
+    }
+
+    /// An entry for each of these elements, by first row and then as given.
+    pub(crate) fn entries(&self, elements: &[usize]) -> Result<Vec<Entry>, AssemblyError> {
         let count = self.elements.len();
-        let check = |&element: &usize| {
+        let check = |(index, &element): (usize, &usize)| {
             if element < count {
-                Ok(element as u32)
+                let (index, element) = (index as u32, element as u32);
+                Ok(Entry { index, element })
             } else {
                 Err(AssemblyError::NoSuchElement { element, count })
             }
         };
-        elements.iter().map(check).collect()
+        let entries: Result<Vec<Entry>, _> = elements.iter().enumerate().map(check).collect();
+        let mut entries = entries?;
+        entries.sort_by_key(|entry| self.elements[entry.element as usize].first_row);
+        Ok(entries)
     }
 
-    pub(crate) fn add_layer(
-        &mut self,
-        element_of_entry: Vec<u32>,
-        channels: usize,
-        pack: Box<Pack<D>>,
-    ) {
-        self.channels = self.channels.max(channels);
-        self.layers.push(Layer {
-            element_of_entry,
-            pack,
-        });
-    }
-
-    /// Numbers, sorts and packs everything.
+    /// Finds who sums what.
     ///
     /// # Errors
     /// When the Hessian's blocks cannot be counted with 32 bits.
@@ -182,113 +132,34 @@ impl<const D: usize> AssemblyBuilder<D> {
             dofs,
             rest,
             elements,
-            layers,
-            penalties,
-            channels,
+            summands,
+            controls,
+            ..
         } = self;
-        let pattern = pattern(&dofs, &elements)?;
-        let chunks = cut(&dofs, &elements)
+        let pattern = plan::pattern(&dofs, &summands)?;
+        let chunks = plan::cut(&dofs, &summands)
             .into_iter()
             .map(|rows| {
-                let parts = layers
+                let works = summands
                     .iter()
-                    .filter_map(|layer| layer.pack(&elements, Some(rows.clone()), &pattern))
+                    .map(|s| plan::work(&s.stencils, &rows, &dofs, &pattern))
                     .collect();
-                Chunk { rows, parts }
+                Chunk { rows, works }
             })
             .collect();
-        let prescribed = layers
-            .iter()
-            .filter_map(|layer| layer.pack(&elements, None, &pattern))
-            .collect();
-        let pattern = Arc::new(pattern);
+        let free = plan::free(&summands, &dofs);
         Ok(Assembly {
+            free_pieces: plan::pieces(&summands, &free, true),
+            prescribed_pieces: plan::pieces(&summands, &free, false),
+            free,
             dofs,
             rest,
             elements,
-            pattern,
+            pattern: Arc::new(pattern),
             chunks,
-            prescribed,
-            penalties,
-            channels,
+            summands,
+            controls,
             force_scale: std::sync::OnceLock::new(),
         })
     }
-}
-
-impl<const D: usize> Layer<D> {
-    /// The entries whose element touches `rows`, by first row and then by index, packed.
-    fn pack(
-        &self,
-        elements: &[RestElement<D>],
-        rows: Option<Range<usize>>,
-        pattern: &BlockPattern,
-    ) -> Option<Box<dyn Part<D>>> {
-        let first_row = |entry: &Entry| elements[entry.element as usize].rows[0];
-        let touches = |entry: &Entry| {
-            let element = &elements[entry.element as usize];
-            match &rows {
-                Some(range) => element.rows.iter().any(|&r| range.contains(&(r as usize))),
-                None => element.is_prescribed(),
-            }
-        };
-        let all = self.element_of_entry.iter().enumerate();
-        let mut entries: Vec<Entry> = all
-            .map(|(k, &element)| Entry {
-                index: k as u32,
-                element,
-            })
-            .filter(touches)
-            .collect();
-        if entries.is_empty() {
-            return None;
-        }
-        entries.sort_by_key(first_row);
-        let packing = Packing {
-            elements,
-            rows,
-            pattern,
-        };
-        Some((self.pack)(&entries, &packing))
-    }
-}
-
-fn pattern<const D: usize>(
-    dofs: &Dofs<D>,
-    elements: &[RestElement<D>],
-) -> Result<BlockPattern, AssemblyError> {
-    let pairs = elements
-        .iter()
-        .flat_map(|e| (1..=D).flat_map(move |a| (0..a).map(move |b| (e.rows[a], e.rows[b]))));
-    let free = pairs.filter(|&(a, b)| a != FIXED && b != FIXED);
-    BlockPattern::from_adjacency(
-        dofs.free_nodes(),
-        free.map(|(a, b)| (a as usize, b as usize)),
-    )
-    .map_err(|_| AssemblyError::TooManyNodes {
-        count: dofs.free_nodes(),
-    })
-}
-
-/// Cuts the rows into runs of about equal work.
-fn cut<const D: usize>(dofs: &Dofs<D>, elements: &[RestElement<D>]) -> Vec<Range<usize>> {
-    let rows = dofs.free_nodes();
-    let wanted = CHUNKS_PER_THREAD * rayon::current_num_threads();
-    let count = (rows / SMALLEST_CHUNK).clamp(1, wanted.max(1));
-    let mut first_row = vec![0_usize; rows + 1];
-    for element in elements.iter().filter(|e| !e.is_prescribed()) {
-        first_row[element.rows[0] as usize + 1] += 1;
-    }
-    let mut total = 0;
-    let mut ranges = Vec::with_capacity(count);
-    let (mut begin, share) = (0, elements.len().div_ceil(count).max(1));
-    for row in 0..rows {
-        total += first_row[row + 1];
-        if total >= share * (ranges.len() + 1) && row + 1 < rows && ranges.len() + 1 < count {
-            ranges.push(begin..row + 1);
-            begin = row + 1;
-        }
-    }
-    ranges.push(begin..rows);
-    ranges
 }

@@ -7,14 +7,14 @@
 use crate::error::AssemblyError;
 
 /// The index of a free node among the unknowns, or "prescribed".
-pub(crate) const FIXED: u32 = u32::MAX;
+pub(crate) const PRESCRIBED: u32 = u32::MAX;
 
 /// The split of a mesh's coordinates into prescribed (x^C) and free ones (x^U), document 000, 2.
 #[derive(Clone, Debug)]
 pub struct Dofs<const D: usize> {
     rank: Vec<u32>,
     free_nodes: Vec<u32>,
-    clamped_axes: Vec<(u32, usize)>,
+    prescribed_axes: Vec<(u32, usize)>,
 }
 
 impl<const D: usize> Dofs<D> {
@@ -26,15 +26,15 @@ impl<const D: usize> Dofs<D> {
         Self::new(rest, &[], &[])
     }
 
-    /// Prescribes all coordinates of the nodes in `fixed_nodes`.
+    /// Prescribes all coordinates of the nodes in `prescribed_nodes`.
     ///
     /// # Errors
     /// When a node does not exist.
     pub fn with_prescribed_nodes(
         rest: &[[f64; D]],
-        fixed_nodes: &[usize],
+        prescribed_nodes: &[usize],
     ) -> Result<Self, AssemblyError> {
-        Self::new(rest, fixed_nodes, &[])
+        Self::new(rest, prescribed_nodes, &[])
     }
 
     /// Prescribes whole nodes and, for symmetry planes and rollers, single axes (node, axis).
@@ -43,21 +43,21 @@ impl<const D: usize> Dofs<D> {
     /// When a node or axis does not exist.
     pub fn new(
         rest: &[[f64; D]],
-        fixed_nodes: &[usize],
-        fixed_axes: &[(usize, usize)],
+        prescribed_nodes: &[usize],
+        prescribed_axes: &[(usize, usize)],
     ) -> Result<Self, AssemblyError> {
         let count = rest.len();
-        if count >= FIXED as usize {
+        if count >= PRESCRIBED as usize {
             return Err(AssemblyError::TooManyNodes { count });
         }
-        let mut clamped = vec![[false; D]; count];
-        for &node in fixed_nodes {
-            *clamped
+        let mut prescribed = vec![[false; D]; count];
+        for &node in prescribed_nodes {
+            *prescribed
                 .get_mut(node)
                 .ok_or(AssemblyError::NoSuchNode { node, count })? = [true; D];
         }
-        for &(node, axis) in fixed_axes {
-            let axes = clamped
+        for &(node, axis) in prescribed_axes {
+            let axes = prescribed
                 .get_mut(node)
                 .ok_or(AssemblyError::NoSuchNode { node, count })?;
             *axes
@@ -66,23 +66,23 @@ impl<const D: usize> Dofs<D> {
         }
         let axis = longest_axis(rest);
         let mut free_nodes: Vec<u32> = (0..count as u32)
-            .filter(|&n| clamped[n as usize] != [true; D])
+            .filter(|&n| prescribed[n as usize] != [true; D])
             .collect();
         free_nodes.sort_by(|&a, &b| rest[a as usize][axis].total_cmp(&rest[b as usize][axis]));
-        let mut rank = vec![FIXED; count];
-        let mut clamped_axes = Vec::new();
+        let mut rank = vec![PRESCRIBED; count];
+        let mut prescribed_axes = Vec::new();
         for (r, &node) in free_nodes.iter().enumerate() {
             rank[node as usize] = r as u32;
-            clamped_axes.extend(
+            prescribed_axes.extend(
                 (0..D)
-                    .filter(|&k| clamped[node as usize][k])
+                    .filter(|&k| prescribed[node as usize][k])
                     .map(|k| (r as u32, k)),
             );
         }
         Ok(Self {
             rank,
             free_nodes,
-            clamped_axes,
+            prescribed_axes,
         })
     }
 
@@ -100,15 +100,15 @@ impl<const D: usize> Dofs<D> {
     }
     /// The block row of a node, `None` where it is prescribed.
     pub fn row(&self, node: usize) -> Option<usize> {
-        (self.rank[node] != FIXED).then_some(self.rank[node] as usize)
+        (self.rank[node] != PRESCRIBED).then_some(self.rank[node] as usize)
     }
     /// The node of each block row.
     pub fn node_of_row(&self) -> &[u32] {
         &self.free_nodes
     }
     /// (block row, axis) of each prescribed axis of a node that is free in another axis.
-    pub(crate) fn clamped_axes(&self) -> &[(u32, usize)] {
-        &self.clamped_axes
+    pub(crate) fn prescribed_axes(&self) -> &[(u32, usize)] {
+        &self.prescribed_axes
     }
     pub(crate) fn rank(&self) -> &[u32] {
         &self.rank
@@ -123,14 +123,14 @@ impl<const D: usize> Dofs<D> {
     /// Writes the unknowns into all positions; prescribed axes keep their value.
     pub fn scatter(&self, unknowns: &[f64], all: &mut [[f64; D]]) {
         let kept: Vec<f64> = self
-            .clamped_axes
+            .prescribed_axes
             .iter()
             .map(|&(r, k)| all[self.free_nodes[r as usize] as usize][k])
             .collect();
         for (&node, value) in self.free_nodes.iter().zip(unknowns.chunks_exact(D)) {
             all[node as usize].copy_from_slice(value);
         }
-        for (&(r, k), value) in self.clamped_axes.iter().zip(kept) {
+        for (&(r, k), value) in self.prescribed_axes.iter().zip(kept) {
             all[self.free_nodes[r as usize] as usize][k] = value;
         }
     }
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scatter_then_gather_returns_the_unknowns_and_keeps_clamped_axes() {
+    fn scatter_then_gather_returns_the_unknowns_and_keeps_prescribed_axes() {
         let rest = [[0.0, 0.0], [3.0, 0.0], [1.0, 1.0], [2.0, 1.0]];
         let dofs = Dofs::new(&rest, &[0], &[(2, 1)]).unwrap();
         assert_eq!(dofs.node_of_row(), [2, 3, 1]);

@@ -65,9 +65,9 @@ pub enum AssemblyError {
         index: usize,
     },
     /// A number of a penalty that no contact can be computed with.
-    #[error("penalty {index}: {what} is {value}; it must be {needed}")]
+    #[error("penalty (term {index}): {what} is {value}; it must be {needed}")]
     UnusablePenalty {
-        /// Index in the order of the calls of `penalty`.
+        /// Index among the terms in the order given to the builder.
         index: usize,
         /// Which number.
         what: &'static str,
@@ -86,4 +86,23 @@ pub enum AssemblyError {
         /// Its length.
         length: f64,
     },
+    /// A stencil of a term that names a node twice.
+    #[error("stencil {stencil} of term {term} names node {node} twice")]
+    RepeatedNode {
+        /// Index of the term in the order given to the builder.
+        term: usize,
+        /// Its stencil.
+        stencil: usize,
+        /// The node.
+        node: usize,
+    },
+    /// Stencils are counted with 32 bits.
+    #[error("{count} stencils are more than 32-bit indices can name; split the mesh")]
+    TooManyStencils {
+        /// Stencils given.
+        count: usize,
+    },
+    /// A term that depends on controls itself cannot be multiplied by one.
+    #[error("a term that depends on controls cannot be scaled by one: the product is not affine")]
+    ScaledTwice,
 }

@@ -2,10 +2,12 @@
 //! between a constitutive model and the equation f(x) = 0, for triangles and tetrahedra alike.
 //!
 //! A [`mesh::SimplexMesh`] is validated once; [`Dofs`] says which coordinates are prescribed; an
-//! [`AssemblyBuilder`] adds materials per region, muscle fibers and obstacles; the resulting
-//! [`Assembly`] evaluates energy, forces, Hessian and its products at any positions, eight elements
-//! at a time in the widest registers of the processor, in parallel, and with the same bits for any
-//! number of threads. [`Quasistatic`] presents it to `fem_solvers::Newton`; the example there is a
+//! [`AssemblyBuilder`] adds the terms of the energy: materials per region, muscle fibers, obstacles,
+//! [`NodalLoads`], [`Gravity`], or any [`Term`] of your own. The resulting [`Assembly`] evaluates
+//! energy, forces, Hessian and its products in any [`Configuration`] of positions and controls,
+//! eight elements at a time in the widest registers of the processor, in parallel, and with the same
+//! bits for any number of threads. Controls are numbers in which the energy is affine: activations of
+//! muscles, or factors of [`Scaled`] terms. [`Quasistatic`] presents it to `fem_solvers::Newton`; the example there is a
 //! complete solve.
 //!
 //! ```
@@ -18,7 +20,8 @@
 //! let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
 //! let swollen: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| p.map(|c| 1.1 * c)).collect();
 //! let mut gradient = vec![0.0; assembly.dofs().unknowns()];
-//! let energy = assembly.gradient(&swollen, &[], &mut gradient);
+//! let at = assembly.configuration(&swollen, &[])?;
+//! let energy = assembly.gradient(at, &mut gradient);
 //! // Only volume was added: every force points back, and their sum is zero.
 //! assert!(energy > 0.0 && gradient.iter().step_by(3).sum::<f64>().abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -26,21 +29,26 @@
 #![allow(non_snake_case)]
 
 mod assembly;
-mod block;
 mod builder;
+mod configuration;
 mod dofs;
+mod element;
+mod element_group;
 mod error;
-mod fibers;
 mod law;
 pub mod mesh;
-mod part;
-mod penalty;
+mod plan;
 mod quasistatic;
+mod sink;
+mod term;
+mod terms;
 
 pub use assembly::Assembly;
 pub use builder::AssemblyBuilder;
+pub use configuration::Configuration;
 pub use dofs::Dofs;
 pub use error::AssemblyError;
-pub use fibers::Fiber;
-pub use penalty::{Obstacle, Penalty};
 pub use quasistatic::Quasistatic;
+pub use sink::{EnergySink, GradientSink, HessianSink};
+pub use term::{Stencils, Term};
+pub use terms::{Fiber, Gravity, NodalLoads, Obstacle, Penalty, Scaled};

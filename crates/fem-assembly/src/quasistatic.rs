@@ -1,24 +1,25 @@
 //! Equilibrium f(x^C, x^U, θ_a) = 0 as a problem for Newton's method (document 000, eq. 3).
 
 use crate::assembly::Assembly;
+use crate::configuration::Configuration;
 use crate::error::AssemblyError;
 use fem_materials::HessianProjection;
 use fem_solvers::{BlockPattern, BlockSymmetric, Merit, NonlinearProblem};
 use std::sync::Arc;
 
 /// The free nodes of an assembly, looking for the positions at which all forces on them vanish
-/// while the prescribed nodes and the activations stay as given.
+/// while the prescribed nodes and the controls stay as given.
 ///
 /// ```
 /// use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
 /// use fem_materials::NeoHookean;
 /// use fem_solvers::{Newton, NewtonParams};
 ///
-/// // A cube, its left face held, its right face pulled by a fifth.
+/// // A cube, its left face fixed, its right face pulled by a fifth.
 /// let mesh = fem_assembly::mesh::kuhn_grid(3, 3, 3, [1.0; 3])?;
-/// let is_held = |p: &[f64; 3]| p[0] == 0.0 || p[0] == 1.0;
-/// let held: Vec<usize> = (0..64).filter(|&n| is_held(&mesh.nodes()[n])).collect();
-/// let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held)?;
+/// let is_prescribed = |p: &[f64; 3]| p[0] == 0.0 || p[0] == 1.0;
+/// let prescribed: Vec<usize> = (0..64).filter(|&n| is_prescribed(&mesh.nodes()[n])).collect();
+/// let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed)?;
 /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
 /// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
 ///
@@ -35,7 +36,7 @@ use std::sync::Arc;
 pub struct Quasistatic<'a, const D: usize> {
     assembly: &'a Assembly<D>,
     positions: Vec<[f64; D]>,
-    activations: Vec<f64>,
+    controls: Vec<f64>,
     merit: Merit,
 }
 
@@ -47,44 +48,13 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
     pub fn new(
         assembly: &'a Assembly<D>,
         positions: Vec<[f64; D]>,
-        activations: Vec<f64>,
+        controls: Vec<f64>,
     ) -> Result<Self, AssemblyError> {
-        let nodes = assembly.rest().len();
-        if positions.len() != nodes {
-            let (what, found) = ("positions", positions.len());
-            return Err(AssemblyError::WrongLength {
-                what,
-                found,
-                expected: nodes,
-            });
-        }
-        if activations.len() != assembly.channels() {
-            let (what, found, expected) = ("activations", activations.len(), assembly.channels());
-            return Err(AssemblyError::WrongLength {
-                what,
-                found,
-                expected,
-            });
-        }
-        if let Some(index) = positions
-            .iter()
-            .position(|p| p.iter().any(|c| !c.is_finite()))
-        {
-            return Err(AssemblyError::NotFinite {
-                what: "the position of node",
-                index,
-            });
-        }
-        if let Some(index) = activations.iter().position(|a| !a.is_finite()) {
-            return Err(AssemblyError::NotFinite {
-                what: "activation",
-                index,
-            });
-        }
+        assembly.configuration(&positions, &controls)?;
         Ok(Self {
             assembly,
             positions,
-            activations,
+            controls,
             merit: Merit::Energy,
         })
     }
@@ -113,9 +83,9 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
         self.assembly
     }
 
-    /// The activations in force.
-    pub fn activations(&self) -> &[f64] {
-        &self.activations
+    /// The values of the controls.
+    pub fn controls(&self) -> &[f64] {
+        &self.controls
     }
 }
 
@@ -128,19 +98,21 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     }
     fn energy(&self, x: &[f64]) -> f64 {
         self.assembly
-            .free_energy(&self.positions(x), &self.activations)
+            .free_energy(Configuration::trusted(&self.positions(x), &self.controls))
     }
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
-        self.assembly
-            .gradient(&self.positions(x), &self.activations, g);
+        self.energy_and_gradient(x, g);
     }
     fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
-        self.assembly
-            .gradient(&self.positions(x), &self.activations, g)
+        self.assembly.gradient(
+            Configuration::trusted(&self.positions(x), &self.controls),
+            g,
+        )
     }
     fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<D>) {
-        self.assembly
-            .hessian(&self.positions(x), &self.activations, projection, out);
+        let positions = self.positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        self.assembly.hessian(at, projection, out);
     }
     fn merit(&self) -> Merit {
         self.merit
@@ -149,9 +121,9 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         self.assembly.force_scale()
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<f64> {
-        let forces = self
-            .assembly
-            .forces_everywhere(&self.positions(x), &self.activations);
+        let positions = self.positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        let forces = self.assembly.forces_everywhere(at);
         let largest = forces
             .as_flattened()
             .iter()

@@ -35,13 +35,13 @@ fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
             let angle = e as f64;
             let one = Fiber {
                 element: e,
-                channel: e % 2,
+                control: e % 2,
                 direction: [angle.cos(), angle.sin(), 0.0],
-                peak: 3e3,
+                max_isometric_stress: 3e3,
                 optimal_stretch: 1.0,
             };
             let two = Fiber {
-                channel: 2,
+                control: 2,
                 direction: [0.0, 0.6, 0.8],
                 ..one
             };
@@ -149,16 +149,28 @@ fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient(
         clear_roller(&assembly, &mut direction);
         let gradient_at = |x: &[Point]| {
             let mut g = vec![0.0; n];
-            assembly.gradient(x, &ACTIVATIONS, &mut g);
+            assembly.gradient(assembly.configuration(x, &ACTIVATIONS).unwrap(), &mut g);
             g
         };
         let gradient = gradient_at(&x);
         let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
-        let energy = |t| vec![assembly.energy(&moved(&assembly, &x, &direction, t), &ACTIVATIONS)];
+        let energy = |t| {
+            vec![
+                assembly.energy(
+                    assembly
+                        .configuration(&moved(&assembly, &x, &direction, t), &ACTIVATIONS)
+                        .unwrap(),
+                ),
+            ]
+        };
         close(&[slope], &difference(energy, 1e-5), 1e-8);
 
         let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
-        assembly.hessian(&x, &ACTIVATIONS, HessianProjection::None, &mut hessian);
+        assembly.hessian(
+            assembly.configuration(&x, &ACTIVATIONS).unwrap(),
+            HessianProjection::None,
+            &mut hessian,
+        );
         let mut product = vec![0.0; n];
         hessian.apply(&direction, &mut product);
         let differences = difference(|t| gradient_at(&moved(&assembly, &x, &direction, t)), 1e-5);
@@ -167,7 +179,11 @@ fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient(
         let mut displacement = vec![[0.0; 3]; x.len()];
         assembly.dofs().scatter(&direction, &mut displacement);
         let mut matrix_free = vec![0.0; n];
-        assembly.hessian_vector(&x, &ACTIVATIONS, &displacement, &mut matrix_free);
+        assembly.hessian_vector(
+            assembly.configuration(&x, &ACTIVATIONS).unwrap(),
+            &displacement,
+            &mut matrix_free,
+        );
         close(&matrix_free, &product, 1e-13);
     }
 }
@@ -181,11 +197,15 @@ fn the_force_of_a_muscle_is_the_slope_in_its_activation() {
             let mut activations = ACTIVATIONS;
             activations[channel] += t;
             let mut g = vec![0.0; n];
-            assembly.gradient(&x, &activations, &mut g);
+            assembly.gradient(assembly.configuration(&x, &activations).unwrap(), &mut g);
             g
         };
         let mut exact = vec![0.0; n];
-        assembly.activation_gradient(&x, channel, &mut exact);
+        assembly.control_gradient(
+            assembly.configuration(&x, &ACTIVATIONS).unwrap(),
+            channel,
+            &mut exact,
+        );
         // The force is affine in the activation (document 000, eq. 4): any step is exact.
         let (one, zero) = (at(1.0), at(0.0));
         let slope: Vec<f64> = one.iter().zip(zero).map(|(a, b)| a - b).collect();
@@ -206,7 +226,7 @@ fn internal_forces_and_torques_sum_to_zero() {
         .unwrap()
         .build()
         .unwrap();
-    let forces = body.forces_everywhere(&x, &[]);
+    let forces = body.forces_everywhere(body.configuration(&x, &[]).unwrap());
     let largest = forces.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()));
     for k in 0..3 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -220,7 +240,7 @@ fn internal_forces_and_torques_sum_to_zero() {
     }
     let gradient = {
         let mut g = vec![0.0; body.dofs().unknowns()];
-        body.gradient(&x, &[], &mut g);
+        body.gradient(body.configuration(&x, &[]).unwrap(), &mut g);
         g
     };
     let gathered: Vec<f64> = body.dofs().gather(&forces).iter().map(|f| -f).collect();
@@ -252,9 +272,13 @@ fn one_and_three_threads_give_the_same_bits() {
                 .map(|p| [p[0] * 1.1, p[1] + 0.1 * p[0] * p[2], p[2] * 0.9])
                 .collect();
             let mut gradient = vec![0.0; assembly.dofs().unknowns()];
-            let energy = assembly.gradient(&x, &[], &mut gradient);
+            let energy = assembly.gradient(assembly.configuration(&x, &[]).unwrap(), &mut gradient);
             let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
-            assembly.hessian(&x, &[], HessianProjection::None, &mut hessian);
+            assembly.hessian(
+                assembly.configuration(&x, &[]).unwrap(),
+                HessianProjection::None,
+                &mut hessian,
+            );
             (energy.to_bits(), gradient, hessian.values().to_vec())
         })
     };
@@ -264,10 +288,18 @@ fn one_and_three_threads_give_the_same_bits() {
 #[test]
 fn an_inverted_element_is_named_and_gives_an_infinite_energy() {
     let (assembly, mut x) = assembly(Stretch::Total);
-    assert_eq!(assembly.element_outside_domain(&x, &ACTIVATIONS), None);
+    assert_eq!(
+        assembly.element_outside_domain(assembly.configuration(&x, &ACTIVATIONS).unwrap()),
+        None
+    );
     let n = x.len();
     x[n - 1][2] -= 5.0;
-    assert_eq!(assembly.energy(&x, &ACTIVATIONS), f64::INFINITY);
-    let element = assembly.element_outside_domain(&x, &ACTIVATIONS).unwrap();
+    assert_eq!(
+        assembly.energy(assembly.configuration(&x, &ACTIVATIONS).unwrap()),
+        f64::INFINITY
+    );
+    let element = assembly
+        .element_outside_domain(assembly.configuration(&x, &ACTIVATIONS).unwrap())
+        .unwrap();
     assert!(assembly.volume_ratios(&x)[element] <= 0.0);
 }

@@ -23,7 +23,7 @@ fn block<M: Material<3> + 'static>(n: usize, size: f64, material: M) -> Assembly
 
 /// Largest force on a free node, by the sum over all nodes instead of the rows of the unknowns.
 fn unbalanced(assembly: &Assembly<3>, positions: &[[f64; 3]]) -> f64 {
-    let forces = assembly.forces_everywhere(positions, &[]);
+    let forces = assembly.forces_everywhere(assembly.configuration(positions, &[]).unwrap());
     (0..forces.len())
         .filter(|&n| assembly.dofs().row(n).is_some())
         .flat_map(|n| forces[n])

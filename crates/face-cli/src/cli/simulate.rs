@@ -6,7 +6,7 @@ use super::error::Failure;
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{open, pose};
-use face_rig::rig::{AffineMap, RigParams};
+use face_rig::rig::{AffineMap, RigError, RigParams};
 use serde_json::json;
 
 pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
@@ -41,8 +41,12 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let largest_mm = 1e3 * moved.fold(0.0, f64::max);
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
         "jaw_shift_mm": args.pose.jaw_shift });
+    let at = rig
+        .assembly()
+        .configuration(&rig.solved().in_cranium_frame, &parameters.activations)
+        .map_err(RigError::from)?;
     let results = json!({
-        "energy_joules": rig.assembly().energy(&rig.solved().in_cranium_frame, &parameters.activations),
+        "energy_joules": rig.assembly().energy(at),
         "newton_steps": work.newton_steps, "equilibria": work.equilibria,
         "factorizations": work.factorizations,
         "smallest_det_F": smallest, "inverted_tets": inverted, "largest_displacement_mm": largest_mm,

@@ -118,7 +118,7 @@ impl Rig {
                 return Err(RigError::JawNodeNotPrescribed { node });
             }
         }
-        let parameters = Parameters::rest(assembly.channels());
+        let parameters = Parameters::rest(assembly.controls());
         let rest = assembly.rest().to_vec();
         let newton = Newton::new(&Quasistatic::new(
             &assembly,
@@ -144,7 +144,7 @@ impl Rig {
 
     /// Number of muscles.
     pub fn muscles(&self) -> usize {
-        self.assembly.channels()
+        self.assembly.controls()
     }
     /// The mesh with its materials.
     pub fn assembly(&self) -> &Assembly<3> {
@@ -255,7 +255,7 @@ impl Rig {
             .as_ref()
             .map(|t| &t.factor)
             .ok_or(RigError::NoTangent)?;
-        Ok(Sensitivity::new(assembly, jaw, solved, factor))
+        Ok(Sensitivity::new(assembly, jaw, solved, factor)?)
     }
 
     fn ensure_tangent(&mut self, at: &Equilibrium) -> Result<(), RigError> {
@@ -284,10 +284,11 @@ impl Rig {
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
         if (known || (moves_bones && self.ensure_tangent(state).is_ok()))
             && let Some(tangent) = &self.tangent
+            && let Ok(sensitivity) =
+                Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
         {
             let change = Change::between(&state.parameters, pose);
-            let dz = Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
-                .in_cranium_frame(&change.activations, &change.jaw);
+            let dz = sensitivity.in_cranium_frame(&change.activations, &change.jaw);
             for (z, d) in z.iter_mut().zip(dz) {
                 *z = std::array::from_fn(|i| z[i] + d[i]);
             }
@@ -328,7 +329,12 @@ impl Rig {
     fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> String {
         let mut z = from.in_cranium_frame.clone();
         self.place_bones(&mut z, &pose.jaw);
-        match self.assembly.element_outside_domain(&z, &pose.activations) {
+        let at = self.assembly.configuration(&z, &pose.activations);
+        match at
+            .map(|at| self.assembly.element_outside_domain(at))
+            .ok()
+            .flatten()
+        {
             Some(e) => format!(", element {e} would be turned inside out by moving the bones"),
             None => String::new(),
         }

@@ -4,7 +4,7 @@ use super::equilibrium::Equilibrium;
 use super::observation::Observation;
 use super::parameters::Direction;
 use crate::anatomy::AffineMap;
-use fem_assembly::Assembly;
+use fem_assembly::{Assembly, AssemblyError, Configuration};
 use fem_solvers::CholeskyFactor;
 use rayon::prelude::*;
 
@@ -21,6 +21,7 @@ pub enum JacobianRoute {
 #[derive(Debug)]
 pub struct Sensitivity<'a> {
     assembly: &'a Assembly<3>,
+    at: Configuration<'a, 3>,
     jaw: &'a [u32],
     solved: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
@@ -33,14 +34,16 @@ impl<'a> Sensitivity<'a> {
         jaw: &'a [u32],
         solved: &'a Equilibrium,
         factor: &'a CholeskyFactor<f64, 3>,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, AssemblyError> {
+        let activations = &solved.parameters.activations;
+        Ok(Self {
             assembly,
+            at: assembly.configuration(&solved.in_cranium_frame, activations)?,
             jaw,
             solved,
             positions: solved.positions(),
             factor,
-        }
+        })
     }
 
     /// x(θ), where the derivative is taken.
@@ -207,11 +210,7 @@ impl<'a> Sensitivity<'a> {
                 let reaction = has_jaw.then(|| {
                     let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
                     self.assembly.dofs().scatter(multiplier, &mut field);
-                    self.assembly.hessian_vector_everywhere(
-                        in_cranium_frame,
-                        &parameters.activations,
-                        &field,
-                    )
+                    self.assembly.hessian_vector_everywhere(self.at, &field)
                 });
                 directions
                     .iter()
@@ -246,21 +245,12 @@ impl<'a> Sensitivity<'a> {
 
     /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
     fn load(&self, direction: &Direction, rhs: &mut [f64]) {
-        let Equilibrium {
-            parameters,
-            in_cranium_frame,
-        } = self.solved;
         match direction {
-            Direction::Activation(muscle) => {
+            Direction::Activation(muscle) => self.assembly.control_gradient(self.at, *muscle, rhs),
+            Direction::Jaw(_) => {
                 self.assembly
-                    .activation_gradient(in_cranium_frame, *muscle, rhs);
+                    .hessian_vector(self.at, &self.bone_motion(direction), rhs);
             }
-            Direction::Jaw(_) => self.assembly.hessian_vector(
-                in_cranium_frame,
-                &parameters.activations,
-                &self.bone_motion(direction),
-                rhs,
-            ),
             Direction::Cranium(_) => rhs.fill(0.0),
         }
     }

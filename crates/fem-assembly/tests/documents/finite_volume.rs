@@ -157,7 +157,8 @@ where
             near(pushed.0[i], sigma.0[i], size, "σ = F S Fᵀ/J");
         }
         let (deformed, material) = (Geometry::facets(&x), Geometry::facets(&rest));
-        let forces = assembly(&rest, FLESH).forces_everywhere(&x, &[]);
+        let body = assembly(&rest, FLESH);
+        let forces = body.forces_everywhere(body.configuration(&x, &[]).unwrap());
         let size =
             size * (deformed.iter().chain(&material).flatten()).fold(0.0, |m, c| c.abs().max(m));
         for a in 0..=D {
@@ -226,7 +227,11 @@ fn five_steps<const D: usize>(mesh: &SimplexMesh<D>, x: &[[f64; D]]) {
         .build()
         .unwrap();
     let scale = forces.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()));
-    for (ours, theirs) in body.forces_everywhere(x, &[]).iter().zip(&forces) {
+    for (ours, theirs) in body
+        .forces_everywhere(body.configuration(x, &[]).unwrap())
+        .iter()
+        .zip(&forces)
+    {
         near(*ours, *theirs, scale, "five steps");
     }
 }
@@ -256,7 +261,11 @@ fn dual_differential(
 /// K of the assembly by its matrix, one unit vector at a time, in the mesh's numbering of nodes.
 fn stiffness(body: &Assembly<3>, x: &[[f64; 3]]) -> [[f64; 12]; 12] {
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
-    body.hessian(x, &[], HessianProjection::None, &mut hessian);
+    body.hessian(
+        body.configuration(x, &[]).unwrap(),
+        HessianProjection::None,
+        &mut hessian,
+    );
     let mut K = [[0.0; 12]; 12];
     for column in 0..12 {
         let mut unit = vec![[0.0; 3]; 4];
@@ -377,7 +386,7 @@ fn the_element_stiffness_by_columns_in_closed_form_and_by_the_assembly_is_one() 
                 .map(|column| {
                     let mut unit = vec![[0.0; 3]; 4];
                     unit[column / 3][column % 3] = 1.0;
-                    body.hessian_vector_everywhere(&x, &[], &unit)
+                    body.hessian_vector_everywhere(body.configuration(&x, &[]).unwrap(), &unit)
                 })
                 .collect();
             core::array::from_fn(|row| {
@@ -477,7 +486,8 @@ fn an_element_softens_exactly_where_its_material_does() {
             let body = assembly(&rest, material);
             for _ in 0..20 {
                 let dx: Vec<[f64; 3]> = (0..4).map(|_| random.point()).collect();
-                let product = body.hessian_vector_everywhere(&x, &[], &dx);
+                let product =
+                    body.hessian_vector_everywhere(body.configuration(&x, &[]).unwrap(), &dx);
                 let work: f64 = -(0..12)
                     .map(|n| dx[n / 3][n % 3] * product[n / 3][n % 3])
                     .sum::<f64>();

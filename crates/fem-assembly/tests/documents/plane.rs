@@ -143,7 +143,7 @@ fn a_pulled_square_thins_as_the_closed_form_says_with_every_linear_solver() {
             let apart = (q[0] - 1.5 * p[0]).abs().max((q[1] - s * p[1]).abs());
             assert!(apart <= 1e-10, "{solver:?}: {apart:e}");
         }
-        let forces = body.forces_everywhere(&shape, &[]);
+        let forces = body.forces_everywhere(body.configuration(&shape, &[]).unwrap());
         let right: f64 = body
             .rest()
             .iter()
@@ -168,7 +168,8 @@ impl LinearOperator for Product<'_> {
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let mut displacement = vec![[0.0; 2]; self.1.len()];
         self.0.dofs().scatter(x, &mut displacement);
-        self.0.hessian_vector(self.1, &[], &displacement, y);
+        let at = self.0.configuration(self.1, &[]).unwrap();
+        self.0.hessian_vector(at, &displacement, y);
     }
 }
 
@@ -191,11 +192,15 @@ fn conjugate_gradients_on_the_product_alone_give_the_dense_newton_step() {
         .collect();
     let n = body.dofs().unknowns();
     let mut gradient = vec![0.0; n];
-    body.gradient(&x, &[], &mut gradient);
+    body.gradient(body.configuration(&x, &[]).unwrap(), &mut gradient);
     let rhs: Vec<f64> = gradient.iter().map(|g| -g).collect();
 
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
-    body.hessian(&x, &[], HessianProjection::None, &mut hessian);
+    body.hessian(
+        body.configuration(&x, &[]).unwrap(),
+        HessianProjection::None,
+        &mut hessian,
+    );
     let dense = gauss(hessian.to_dense(), rhs.clone());
     let operator = Product(&body, &x);
     let params = PcgParams {
@@ -296,11 +301,11 @@ proptest! {
         let (s, c) = f64::sin_cos(angle);
         let turn = |p: [f64; 2]| [c * p[0] - s * p[1], s * p[0] + c * p[1]];
         let moved: Vec<[f64; 2]> = x.iter().map(|&p| turn(p).map(|k| k + shift)).collect();
-        let (here, there) = (body.energy(&x, &[]), body.energy(&moved, &[]));
+        let (here, there) = (body.energy(body.configuration(&x, &[]).unwrap()), body.energy(body.configuration(&moved, &[]).unwrap()));
         prop_assert!(approx::relative_eq!(here, there, max_relative = 1e-11));
-        let forces = body.forces_everywhere(&x, &[]);
+        let forces = body.forces_everywhere(body.configuration(&x, &[]).unwrap());
         let scale = forces.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()));
-        for (f, g) in forces.into_iter().zip(body.forces_everywhere(&moved, &[])) {
+        for (f, g) in forces.into_iter().zip(body.forces_everywhere(body.configuration(&moved, &[]).unwrap())) {
             let f = turn(f);
             prop_assert!((f[0] - g[0]).abs().max((f[1] - g[1]).abs()) <= 1e-11 * scale);
         }

@@ -87,9 +87,9 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     let fibers: Vec<Fiber> = (0..5)
         .map(|element| Fiber {
             element,
-            channel: 0,
+            control: 0,
             direction: [0.0, 0.6, 0.8],
-            peak: 1e3,
+            max_isometric_stress: 1e3,
             optimal_stretch: 1.0,
         })
         .collect();
@@ -110,15 +110,19 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
     taken();
 
-    body.energy(&x, &[0.5]);
+    body.energy(body.configuration(&x, &[0.5]).unwrap());
     assert_eq!(taken(), [6, 0, 0, 0, 0, 1], "an energy");
-    body.gradient(&x, &[0.5], &mut rows);
+    body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows);
     assert_eq!(taken(), [6, 6, 0, 0, 0, 1], "a gradient, with its energy");
-    body.hessian_vector(&x, &[0.5], &x, &mut rows);
+    body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows);
     assert_eq!(taken(), [0, 0, 6, 0, 0, 1], "a product");
-    body.hessian(&x, &[0.5], HessianProjection::None, &mut hessian);
+    body.hessian(
+        body.configuration(&x, &[0.5]).unwrap(),
+        HessianProjection::None,
+        &mut hessian,
+    );
     assert_eq!(taken(), [0, 0, 0, 6, 0, 1], "a Hessian");
-    body.activation_gradient(&x, 0, &mut rows);
+    body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows);
     assert_eq!(taken(), [0, 0, 0, 0, 0, 1], "the force of a muscle");
     body.volume_ratios(&x);
     assert_eq!(taken(), [0; 6], "volumes");

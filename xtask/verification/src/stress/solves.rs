@@ -84,7 +84,7 @@ fn solve<M: Material<3> + 'static>(
         Ok(info) => info,
         Err(error) => return Ok(Outcome::ClearError(error.to_string())),
     };
-    let forces = assembly.forces_everywhere(&positions, &[]);
+    let forces = assembly.forces_everywhere(assembly.configuration(&positions, &[])?);
     let size = forces
         .as_flattened()
         .iter()
@@ -94,7 +94,9 @@ fn solve<M: Material<3> + 'static>(
         .flat_map(|n| forces[n])
         .fold(0.0, |m, f| worse(m, f.abs()));
     let balanced = unbalanced <= 1e-6 * size.max(info.energy.abs());
-    let in_domain = assembly.energy(&positions, &[]).is_finite();
+    let in_domain = assembly
+        .energy(assembly.configuration(&positions, &[])?)
+        .is_finite();
     Ok(if balanced && in_domain {
         let steps = info.iterations;
         Outcome::Right(format!("{steps} steps, unbalanced force {unbalanced:.1e}"))

@@ -65,10 +65,16 @@ pub fn a0(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
             category: format!("{} {}", case.material.material, case.state),
             id: case.state.clone(),
         };
-        record.relative("energy", assembly.energy(x, &[]), case.energy, ENERGY);
-        let forces = assembly.forces_everywhere(x, &[]);
+        record.relative(
+            "energy",
+            assembly.energy(assembly.configuration(x, &[])?),
+            case.energy,
+            ENERGY,
+        );
+        let forces = assembly.forces_everywhere(assembly.configuration(x, &[])?);
         record.of_largest("forces", &forces, &case.forces, FORCE);
-        let product = assembly.hessian_vector_everywhere(x, &[], &scene.dx);
+        let product =
+            assembly.hessian_vector_everywhere(assembly.configuration(x, &[])?, &scene.dx);
         record.of_largest("K dx", &product, &case.K_times_dx, FORCE);
     }
     Ok(())
@@ -112,8 +118,13 @@ pub fn a1(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
             id: case.material.material.clone(),
         };
         record.absolute("positions", &x, &scene.x, POSITION);
-        record.relative("energy", assembly.energy(&x, &[]), case.energy, ENERGY);
-        let forces = assembly.forces_everywhere(&x, &[]);
+        record.relative(
+            "energy",
+            assembly.energy(assembly.configuration(&x, &[])?),
+            case.energy,
+            ENERGY,
+        );
+        let forces = assembly.forces_everywhere(assembly.configuration(&x, &[])?);
         let reaction = |&n: &usize| forces[n].map(|f| -f);
         let reactions: Vec<[f64; 3]> = scene.boundary.iter().map(reaction).collect();
         record.of_largest("reactions", &reactions, &case.reaction_forces, FORCE);
@@ -205,9 +216,14 @@ pub fn a2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
             category: format!("n = {}", case.n),
             id: case.n.to_string(),
         };
-        record.relative("energy", assembly.energy(&x, &[]), case.energy, ENERGY);
+        record.relative(
+            "energy",
+            assembly.energy(assembly.configuration(&x, &[])?),
+            case.energy,
+            ENERGY,
+        );
         record.absolute("positions", &x, &case.x, POSITION);
-        let forces = assembly.forces_everywhere(&x, &[]);
+        let forces = assembly.forces_everywhere(assembly.configuration(&x, &[])?);
         let (mut force, mut torque) = ([0.0; 3], [0.0; 3]);
         for &node in &case.fixed_top {
             let f = forces[node].map(|f| -f);

@@ -72,9 +72,9 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         }
         let fiber = |&element: &usize| Fiber {
             element,
-            channel: 0,
+            control: 0,
             direction: scene.fiber_direction,
-            peak: case.sigma_max,
+            max_isometric_stress: case.sigma_max,
             optimal_stretch: case.curve.lambda_ofl,
         };
         let fibers: Vec<Fiber> = scene.muscle_tets.iter().map(fiber).collect();
@@ -90,7 +90,7 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
             category: format!("{} {:?}", case.variant, case.deviatoric.0),
             id: index.to_string(),
         };
-        let energy = assembly.energy(&x, &[case.activation]);
+        let energy = assembly.energy(assembly.configuration(&x, &[case.activation])?);
         record.relative("energy", energy, case.energy, ENERGY);
         record.absolute("positions", &x, &case.x, POSITION);
     }
@@ -175,7 +175,12 @@ pub fn a5(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
             category: name.to_owned(),
             id: format!("ε = {}", case.epsilon),
         };
-        record.relative("energy", assembly.energy(&x, &[]), case.energy, ENERGY);
+        record.relative(
+            "energy",
+            assembly.energy(assembly.configuration(&x, &[])?),
+            case.energy,
+            ENERGY,
+        );
         record.absolute("positions", &x, &case.x, POSITION);
         let mut inside = scene.penalty_nodes.clone();
         inside.retain(|&n| case.shape.depth(x[n]) > 0.0);

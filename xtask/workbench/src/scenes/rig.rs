@@ -36,13 +36,13 @@ impl B0 {
         let mesh = self.mesh.build()?;
         let held: Vec<usize> = [&self.cranium_nodes[..], &self.jaw_nodes[..]].concat();
         let mut fibers = Vec::new();
-        for (channel, muscle) in self.muscles.iter().enumerate() {
+        for (control, muscle) in self.muscles.iter().enumerate() {
             for (&element, &direction) in muscle.tets.iter().zip(&muscle.fibers) {
                 fibers.push(Fiber {
                     element,
-                    channel,
+                    control,
                     direction,
-                    peak: muscle.sigma_max,
+                    max_isometric_stress: muscle.sigma_max,
                     optimal_stretch: self.curve.lambda_ofl,
                 });
             }
@@ -116,7 +116,9 @@ fn check_pose(
     let theta = parameters(&pose.theta)?;
     rig.solve(&theta)?;
     let z = rig.solved().in_cranium_frame.clone();
-    let energy = rig.assembly().energy(&z, &theta.activations);
+    let energy = rig
+        .assembly()
+        .energy(rig.assembly().configuration(&z, &theta.activations)?);
     let mut record = Record {
         report,
         scene,

@@ -1,28 +1,22 @@
 //! Eight elements side by side, as the kernels read them.
 
-use crate::dofs::FIXED;
 use crate::error::AssemblyError;
 use fem_kinematics::{F64x8, Lanes, Mat, Pack};
 
-/// Elements in one block: the lanes of [`F64x8`].
+/// Elements in one batch: the lanes of [`F64x8`].
 pub(crate) const LANES: usize = 8;
 /// Most vertices that a simplex has here; triangles use three of the four places.
 pub(crate) const VERTICES: usize = 4;
 /// Most pairs (a ≥ b) of vertices: the lower half of the element stiffness.
 pub(crate) const PAIRS: usize = VERTICES * (VERTICES + 1) / 2;
 
-/// Place of pair (a, b), a ≥ b, in lists of pairs.
-#[inline(always)]
-pub(crate) const fn pair(a: usize, b: usize) -> usize {
-    a * (a + 1) / 2 + b
-}
-
 /// The rest state of one simplex. Vertices are sorted by their row among the unknowns, prescribed
 /// ones last, so that the lower half of its stiffness lands in the lower half of the Hessian.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestElement<const D: usize> {
     pub nodes: [u32; VERTICES],
-    pub rows: [u32; VERTICES],
+    /// Its first row, `u32::MAX` where all its vertices are prescribed.
+    pub first_row: u32,
     /// D_m⁻¹: row a − 1 is the gradient of the shape function of vertex a.
     pub inverse_shape: Mat<f64, D>,
     /// |det D_m|/D!
@@ -61,27 +55,18 @@ impl<const D: usize> RestElement<D> {
                 nodes,
             });
         }
-        let mut rows = [FIXED; VERTICES];
-        for a in 0..=D {
-            rows[a] = rank[sorted[a] as usize];
-        }
         Ok(Self {
             nodes: sorted,
-            rows,
+            first_row: rank[sorted[0] as usize],
             inverse_shape,
             volume,
         })
     }
-
-    /// Are all its vertices prescribed?
-    pub fn is_prescribed(&self) -> bool {
-        self.rows[0] == FIXED
-    }
 }
 
-/// Eight elements. Unused lanes repeat the last element with volume 0 and no rows.
+/// Eight elements. Unused lanes repeat the last element with volume 0.
 #[derive(Clone, Debug)]
-pub(crate) struct Block<const D: usize> {
+pub(crate) struct ElementBatch<const D: usize> {
     pub nodes: [[u32; LANES]; VERTICES],
     pub inverse_shape: Mat<F64x8, D>,
     pub volume: F64x8,
@@ -89,7 +74,7 @@ pub(crate) struct Block<const D: usize> {
     pub used: usize,
 }
 
-impl<const D: usize> Block<D> {
+impl<const D: usize> ElementBatch<D> {
     /// Packs one to eight elements.
     pub fn pack(elements: &[RestElement<D>]) -> Self {
         let at = |lane: usize| &elements[lane.min(elements.len() - 1)];

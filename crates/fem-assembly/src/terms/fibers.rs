@@ -1,10 +1,10 @@
-//! Muscle fibers over a mesh, each in its own element, direction and activation channel.
+//! Muscle fibers over a mesh, each in its own element and direction, activated by a control.
 
-use crate::block::LANES;
-use crate::builder::{AssemblyBuilder, Entry, Packing};
+use crate::builder::{AssemblyBuilder, UNIT_TOLERANCE};
+use crate::element::LANES;
+use crate::element_group::{ElementGroup, Entry};
 use crate::error::AssemblyError;
 use crate::law::Law;
-use crate::part::{Elements, Part};
 use fem_kinematics::{F64x8, Lanes, Mat, Pack, Tensor4};
 use fem_materials::curves::TensionCurve;
 use fem_materials::{FiberLaw, FiberTerm, HessianProjection};
@@ -14,29 +14,26 @@ use fem_materials::{FiberLaw, FiberTerm, HessianProjection};
 pub struct Fiber {
     /// The element.
     pub element: usize,
-    /// The activation channel (the muscle).
-    pub channel: usize,
+    /// The control that is its activation (the muscle).
+    pub control: usize,
     /// Direction in the rest shape, of length 1 (to 1e-3; used as given); its sign means nothing.
     pub direction: [f64; 3],
     /// σ_max times the muscle's share of the element, pascals.
-    pub peak: f64,
+    pub max_isometric_stress: f64,
     /// λ_ofl, the stretch at which the active tension peaks.
     pub optimal_stretch: f64,
 }
 
-/// How far from 1 the length of a direction may be.
-pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
-
 impl AssemblyBuilder<3> {
-    /// Adds fibers of one tension curve. `channels` is the number of activations that an
-    /// evaluation will be given; every fiber names one of them.
+    /// Adds fibers of one tension curve. `controls` is the number of controls that an evaluation
+    /// will be given at least; every fiber names one of them as its activation.
     ///
     /// # Errors
-    /// Names the fiber whose element or channel does not exist, or whose numbers are unusable.
+    /// Names the fiber whose element or control does not exist, or whose numbers are unusable.
     pub fn fibers<C>(
-        mut self,
+        self,
         law: FiberLaw<C>,
-        channels: usize,
+        controls: usize,
         fibers: &[Fiber],
     ) -> Result<Self, AssemblyError>
     where
@@ -53,53 +50,49 @@ impl AssemblyBuilder<3> {
                     length,
                 });
             }
-            if !(fiber.peak.is_finite() && fiber.optimal_stretch > 0.0) {
+            if !(fiber.max_isometric_stress.is_finite() && fiber.optimal_stretch > 0.0) {
                 return Err(AssemblyError::NotFinite {
-                    what: "peak or optimal stretch of fiber",
+                    what: "maximal isometric stress or optimal stretch of fiber",
                     index,
                 });
             }
-            if fiber.channel >= channels {
-                let (found, expected) = (channels, fiber.channel + 1);
+            if fiber.control >= controls {
+                let (found, expected) = (controls, fiber.control + 1);
                 return Err(AssemblyError::WrongLength {
-                    what: "activations",
+                    what: "controls",
                     found,
                     expected,
                 });
             }
         }
         let elements: Vec<usize> = fibers.iter().map(|f| f.element).collect();
-        let element_of_entry = self.existing(&elements)?;
-        let fibers = fibers.to_vec();
-        let pack = Box::new(
-            move |entries: &[Entry], packing: &Packing<3>| -> Box<dyn Part<3>> {
-                let lanes = entries
-                    .chunks(LANES)
-                    .map(|group| FiberLanes::pack(group, &fibers));
-                let law = Fibers {
-                    law: law.clone(),
-                    lanes: lanes.collect(),
-                };
-                Box::new(Elements::pack(law, entries, packing))
-            },
-        );
-        self.add_layer(element_of_entry, channels, pack);
-        Ok(self)
+        let entries = self.entries(&elements)?;
+        let lanes = entries
+            .chunks(LANES)
+            .map(|group| FiberLanes::pack(group, fibers));
+        let law = Fibers {
+            law,
+            lanes: lanes.collect(),
+            controls,
+        };
+        let group = ElementGroup::pack(law, &entries, self.elements());
+        self.term(group)
     }
 }
 
-/// The fibers of a part, in the order of its blocks.
+/// Fibers in the order of the batches of their group.
 struct Fibers<C> {
     law: FiberLaw<C>,
     lanes: Vec<FiberLanes>,
+    controls: usize,
 }
 
 /// Eight fibers side by side.
 struct FiberLanes {
     direction: [F64x8; 3],
-    peak: F64x8,
+    max_isometric_stress: F64x8,
     optimal_stretch: F64x8,
-    channel: [usize; LANES],
+    control: [usize; LANES],
 }
 
 impl FiberLanes {
@@ -108,9 +101,9 @@ impl FiberLanes {
         let lanes = |value: &dyn Fn(&Fiber) -> f64| Lanes(std::array::from_fn(|l| value(at(l))));
         Self {
             direction: std::array::from_fn(|i| lanes(&|f| f.direction[i])),
-            peak: lanes(&|f| f.peak),
+            max_isometric_stress: lanes(&|f| f.max_isometric_stress),
             optimal_stretch: lanes(&|f| f.optimal_stretch),
-            channel: std::array::from_fn(|l| at(l).channel),
+            control: std::array::from_fn(|l| at(l).control),
         }
     }
 
@@ -118,88 +111,81 @@ impl FiberLanes {
     fn term<V: Pack>(&self, activation: V) -> FiberTerm<V> {
         FiberTerm {
             direction: self.direction.map(V::from_lanes),
-            peak: V::from_lanes(self.peak),
+            peak: V::from_lanes(self.max_isometric_stress),
             activation,
             optimal_stretch: V::from_lanes(self.optimal_stretch),
         }
     }
 
     #[inline(always)]
-    fn active<V: Pack>(&self, activations: &[f64]) -> FiberTerm<V> {
-        let lanes = std::array::from_fn(|l| activations[self.channel[l]]);
+    fn active<V: Pack>(&self, controls: &[f64]) -> FiberTerm<V> {
+        let lanes = std::array::from_fn(|l| controls[self.control[l]]);
         self.term(V::from_lanes(Lanes(lanes)))
     }
 }
 
 impl<C: TensionCurve> Law<3> for Fibers<C> {
+    fn controls(&self) -> usize {
+        self.controls
+    }
     #[inline(always)]
-    fn energy<V: Pack>(&self, block: usize, activations: &[f64], F: &Mat<V, 3>) -> V {
-        self.lanes[block].active(activations).energy(&self.law, F)
+    fn energy<V: Pack>(&self, batch: usize, controls: &[f64], F: &Mat<V, 3>) -> V {
+        self.lanes[batch].active(controls).energy(&self.law, F)
     }
     #[inline(always)]
     fn energy_and_stress<V: Pack>(
         &self,
-        block: usize,
-        activations: &[f64],
+        batch: usize,
+        controls: &[f64],
         F: &Mat<V, 3>,
     ) -> (V, Mat<V, 3>) {
-        self.lanes[block]
-            .active(activations)
+        self.lanes[batch]
+            .active(controls)
             .energy_and_stress(&self.law, F)
     }
     #[inline(always)]
     fn stress_differential<V: Pack>(
         &self,
-        block: usize,
-        activations: &[f64],
+        batch: usize,
+        controls: &[f64],
         F: &Mat<V, 3>,
         dF: &Mat<V, 3>,
     ) -> Mat<V, 3> {
-        self.lanes[block]
-            .active(activations)
+        self.lanes[batch]
+            .active(controls)
             .stress_differential(&self.law, F, dF)
     }
     #[inline(always)]
-    fn derivative<V: Pack>(
-        &self,
-        block: usize,
-        activations: &[f64],
-        F: &Mat<V, 3>,
-    ) -> Tensor4<V, 3> {
-        self.lanes[block]
-            .active(activations)
+    fn derivative<V: Pack>(&self, batch: usize, controls: &[f64], F: &Mat<V, 3>) -> Tensor4<V, 3> {
+        self.lanes[batch]
+            .active(controls)
             .stress_derivative(&self.law, F)
     }
     #[inline(never)]
     fn filtered_derivative(
         &self,
-        (block, lane): (usize, usize),
-        activations: &[f64],
+        (batch, lane): (usize, usize),
+        controls: &[f64],
         F: &Mat<f64, 3>,
         filter: HessianProjection,
     ) -> Tensor4<f64, 3> {
-        let fibers = &self.lanes[block];
+        let fibers = &self.lanes[batch];
         let term = FiberTerm {
             direction: fibers.direction.map(|d| d.0[lane]),
-            peak: fibers.peak.0[lane],
-            activation: activations[fibers.channel[lane]],
+            peak: fibers.max_isometric_stress.0[lane],
+            activation: controls[fibers.control[lane]],
             optimal_stretch: fibers.optimal_stretch.0[lane],
         };
         term.filtered_derivative(&self.law, F, filter)
     }
     #[inline(always)]
-    fn has_channel(&self, block: usize, channel: usize) -> bool {
-        self.lanes[block].channel.contains(&channel)
+    fn has_control(&self, batch: usize, control: usize) -> bool {
+        self.lanes[batch].control.contains(&control)
     }
     #[inline(always)]
-    fn stress_by_activation<V: Pack>(
-        &self,
-        block: usize,
-        channel: usize,
-        F: &Mat<V, 3>,
-    ) -> Mat<V, 3> {
-        let fibers = &self.lanes[block];
-        let listens = fibers.channel.map(|c| f64::from(c == channel));
+    fn stress_by_control<V: Pack>(&self, batch: usize, control: usize, F: &Mat<V, 3>) -> Mat<V, 3> {
+        let fibers = &self.lanes[batch];
+        let listens = fibers.control.map(|c| f64::from(c == control));
         fibers
             .term(V::zero())
             .stress_by_activation(&self.law, F)
@@ -220,9 +206,9 @@ mod tests {
             let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
             let fiber = Fiber {
                 element: 0,
-                channel: 0,
+                control: 0,
                 direction,
-                peak: 1e5,
+                max_isometric_stress: 1e5,
                 optimal_stretch: 1.0,
             };
             AssemblyBuilder::new(&mesh, dofs)

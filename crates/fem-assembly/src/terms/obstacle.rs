@@ -1,11 +1,13 @@
 //! Collisions as penalty forces (document 000, 5.7).
 
-use crate::dofs::Dofs;
+use crate::builder::{AssemblyBuilder, UNIT_TOLERANCE};
+use crate::configuration::Configuration;
 use crate::error::AssemblyError;
-use crate::fibers::UNIT_TOLERANCE;
+use crate::sink::{EnergySink, GradientSink, HessianSink};
+use crate::term::{Stencils, Term};
 use fem_kinematics::Mat;
 use fem_materials::HessianProjection;
-use fem_solvers::BlockSymmetric;
+use std::ops::Range;
 
 /// What nodes may not enter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +86,7 @@ pub struct Penalty<const D: usize> {
 }
 
 impl<const D: usize> Penalty<D> {
-    /// Names the first number that no contact can be computed with; `index` is the penalty's.
+    /// Names the first number that no contact can be computed with; `index` is the term's.
     pub(crate) fn check(&self, index: usize) -> Result<(), AssemblyError> {
         let require = |holds: bool, what, value, needed| {
             let error = AssemblyError::UnusablePenalty {
@@ -118,113 +120,73 @@ impl<const D: usize> Penalty<D> {
         }
     }
 
-    fn contacts<'a>(
-        &'a self,
-        positions: &'a [[f64; D]],
-    ) -> impl Iterator<Item = (usize, Contact<D>)> + 'a {
-        self.nodes
-            .iter()
-            .filter_map(|&n| Some((n, self.obstacle.contact(&positions[n])?)))
+    fn contact(&self, at: Configuration<D>, stencil: usize) -> Option<Contact<D>> {
+        self.obstacle.contact(&at.positions()[self.nodes[stencil]])
     }
 
-    pub(crate) fn energy(&self, positions: &[[f64; D]]) -> f64 {
-        self.contacts(positions)
-            .map(|(_, c)| 0.5 * self.stiffness * c.depth * c.depth)
-            .sum()
+    fn energy_of(&self, contact: &Contact<D>) -> f64 {
+        0.5 * self.stiffness * contact.depth * contact.depth
     }
 
-    pub(crate) fn add_forces_everywhere(&self, positions: &[[f64; D]], forces: &mut [[f64; D]]) {
-        for (node, contact) in self.contacts(positions) {
-            for k in 0..D {
-                forces[node][k] += self.stiffness * contact.depth * contact.normal[k];
-            }
-        }
-    }
-
-    pub(crate) fn add_gradient(
-        &self,
-        positions: &[[f64; D]],
-        dofs: &Dofs<D>,
-        gradient: &mut [f64],
-    ) {
-        for (node, contact) in self.contacts(positions) {
-            let Some(row) = dofs.row(node) else { continue };
-            for k in 0..D {
-                gradient[D * row + k] -= self.stiffness * contact.depth * contact.normal[k];
-            }
-        }
-    }
-
-    /// ∂²/∂x² of ε/2 depth²: ε n nᵀ − ε depth/r (I − n nᵀ). The second part is negative: a filter
+    /// ∂²/∂x² of ε/2 depth²: ε n nᵀ − ε depth/r (I − n nᵀ). The second part is negative: a projection
     /// clamps or reflects it, which is exact because the two parts act on orthogonal directions.
-    fn stiffness_block(&self, contact: &Contact<D>, filter: HessianProjection) -> Mat<f64, D> {
+    fn stiffness_block(&self, contact: &Contact<D>, projection: HessianProjection) -> Mat<f64, D> {
         let along = Mat::outer(contact.normal, contact.normal);
         let sliding = -contact.depth * contact.curvature;
-        let sliding = match filter {
+        let sliding = match projection {
             HessianProjection::None => sliding,
             HessianProjection::Clamp => sliding.max(0.0),
             HessianProjection::Absolute => sliding.abs(),
         };
         (along + (Mat::identity() - along).scale(sliding)).scale(self.stiffness)
     }
+}
 
-    pub(crate) fn add_hessian(
+/// Each of the nodes is a stencil.
+impl<const D: usize> Term<D> for Penalty<D> {
+    fn stencils(&self) -> Stencils {
+        Stencils::new(self.nodes.iter().map(|&n| [n]))
+    }
+    fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink) {
+        for s in stencils {
+            let contact = self.contact(at, s);
+            sink.energy(s, contact.map_or(0.0, |c| self.energy_of(&c)));
+        }
+    }
+    fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>) {
+        for s in stencils {
+            let Some(contact) = self.contact(at, s) else {
+                continue;
+            };
+            sink.energy(s, self.energy_of(&contact));
+            let push = self.stiffness * contact.depth;
+            sink.add(s, 0, contact.normal.map(|n| -(push * n)));
+        }
+    }
+    fn hessian(
         &self,
-        positions: &[[f64; D]],
-        dofs: &Dofs<D>,
-        filter: HessianProjection,
-        hessian: &mut BlockSymmetric<D>,
+        at: Configuration<D>,
+        projection: HessianProjection,
+        stencils: Range<usize>,
+        sink: &mut HessianSink<D>,
     ) {
-        for (node, contact) in self.contacts(positions) {
-            let Some(row) = dofs.row(node) else { continue };
-            let place = hessian.pattern().diagonal(row);
-            let block = self.stiffness_block(&contact, filter);
-            let target = &mut hessian.values_mut()[place];
-            for i in 0..D {
-                for j in 0..D {
-                    target[i][j] += block.0[i][j];
-                }
+        for s in stencils {
+            if let Some(contact) = self.contact(at, s) {
+                sink.add(s, 0, 0, self.stiffness_block(&contact, projection).0);
             }
         }
     }
+}
 
-    pub(crate) fn add_product(
-        &self,
-        positions: &[[f64; D]],
-        displacement: &[[f64; D]],
-        dofs: &Dofs<D>,
-        product: &mut [f64],
-    ) {
-        for (node, push) in self.pushes(positions, displacement) {
-            let Some(row) = dofs.row(node) else { continue };
-            for k in 0..D {
-                product[D * row + k] += push[k];
-            }
-        }
-    }
-
-    pub(crate) fn add_product_everywhere(
-        &self,
-        positions: &[[f64; D]],
-        displacement: &[[f64; D]],
-        product: &mut [[f64; D]],
-    ) {
-        for (node, push) in self.pushes(positions, displacement) {
-            for k in 0..D {
-                product[node][k] += push[k];
-            }
-        }
-    }
-
-    fn pushes<'a>(
-        &'a self,
-        positions: &'a [[f64; D]],
-        displacement: &'a [[f64; D]],
-    ) -> impl Iterator<Item = (usize, [f64; D])> + 'a {
-        self.contacts(positions).map(|(node, contact)| {
-            let block = self.stiffness_block(&contact, HessianProjection::None);
-            (node, block.mul_vec(displacement[node]))
-        })
+impl<const D: usize> AssemblyBuilder<D> {
+    /// Adds a penalty against an obstacle (document 000, 5.7).
+    ///
+    /// # Errors
+    /// When one of its nodes does not exist, a number is not finite, the stiffness or the radius is
+    /// not positive, or the normal is not of length 1 (to 1e-3).
+    pub fn penalty(self, penalty: Penalty<D>) -> Result<Self, AssemblyError> {
+        penalty.check(self.terms())?;
+        self.term(penalty)
     }
 }
 
@@ -278,8 +240,18 @@ mod tests {
     #[test]
     fn a_node_that_is_not_a_number_is_no_absence_of_contact() {
         for penalty in [sphere([0.0; 2], 1.0, 1.0), plane([0.0; 2], [0.0, 1.0])] {
-            assert!(penalty.energy(&[[0.0, f64::NAN]]).is_nan());
-            assert_eq!(penalty.energy(&[[0.0, 2.0]]), 0.0);
+            let energy = |x: [f64; 2]| {
+                let mut energies = [f64::INFINITY];
+                let mut sink = EnergySink {
+                    first: 0,
+                    scale: 1.0,
+                    energies: &mut energies,
+                };
+                penalty.energy(Configuration::trusted(&[x], &[]), 0..1, &mut sink);
+                energies[0]
+            };
+            assert!(energy([0.0, f64::NAN]).is_nan());
+            assert_eq!(energy([0.0, 2.0]), 0.0);
         }
     }
 }

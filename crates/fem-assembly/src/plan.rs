@@ -1,0 +1,243 @@
+//! Who sums which rows, and which stencils that takes.
+//!
+//! The rows are cut into chunks of consecutive ones; a chunk's owner evaluates every stencil that
+//! touches its rows, those on a border are evaluated by both neighbors. Each row is thus summed by
+//! one owner, in the order (term, stencil), and has the same bits however many chunks there are.
+
+use crate::dofs::{Dofs, PRESCRIBED};
+use crate::error::AssemblyError;
+use crate::sink::{NONE, TRANSPOSED, pair};
+use crate::term::{Stencils, Term};
+use fem_solvers::BlockPattern;
+use std::ops::Range;
+
+/// Rows below which a chunk is not worth its border.
+const SMALLEST_CHUNK: usize = 512;
+/// Chunks per thread, so that an uneven load evens out.
+const CHUNKS_PER_THREAD: usize = 2;
+/// Stencils in a piece of the energy.
+const PIECE: usize = 4096;
+
+/// A term and what the sum needs to know of it.
+pub(crate) struct Summand<const D: usize> {
+    pub term: Box<dyn Term<D>>,
+    pub stencils: Stencils,
+    /// Place of its first stencil in lists over the stencils of all terms.
+    pub first_energy: usize,
+}
+
+/// Consecutive matrix rows and the stencils that touch them, one entry for each term.
+pub(crate) struct Chunk {
+    pub rows: Range<usize>,
+    pub works: Vec<Work>,
+}
+
+/// The stencils of one term that touch one chunk, and where their sums go.
+pub(crate) struct Work {
+    pub runs: Vec<Run>,
+    /// Row in the chunk of each (stencil, vertex).
+    pub rows: Vec<u32>,
+    /// Place in the chunk's matrix values of each (stencil, pair of vertices).
+    pub places: Vec<u32>,
+    /// Does this chunk count the energy of the stencil?
+    pub owned: Vec<bool>,
+}
+
+/// Consecutive batches.
+pub(crate) struct Run {
+    pub stencils: Range<usize>,
+    /// Place of its first stencil in the lists of [`Work`].
+    pub start: usize,
+}
+
+/// Stencils of one term.
+pub(crate) struct Piece {
+    pub term: usize,
+    pub stencils: Range<usize>,
+}
+
+impl Stencils {
+    fn nodes_of(&self, stencil: usize) -> &[usize] {
+        &self.nodes[stencil * self.vertices..(stencil + 1) * self.vertices]
+    }
+
+    /// Every node exists, and none twice in a stencil.
+    pub(crate) fn check(&self, term: usize, count: usize) -> Result<(), AssemblyError> {
+        if let Some(&node) = self.nodes.iter().find(|&&n| n >= count) {
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
+        for stencil in 0..self.count() {
+            let nodes = self.nodes_of(stencil);
+            for (a, &node) in nodes.iter().enumerate() {
+                if nodes[..a].contains(&node) {
+                    return Err(AssemblyError::RepeatedNode {
+                        term,
+                        stencil,
+                        node,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Its first free row, [`PRESCRIBED`] where it has none.
+    fn first_row<const D: usize>(&self, stencil: usize, dofs: &Dofs<D>) -> u32 {
+        let rows = self.nodes_of(stencil).iter().map(|&n| dofs.rank()[n]);
+        rows.min().unwrap_or(PRESCRIBED)
+    }
+
+    /// Runs of the batches that hold a chosen stencil.
+    fn runs(&self, chosen: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+        let count = self.count();
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for start in (0..count).step_by(self.batch) {
+            let end = (start + self.batch).min(count);
+            if !(start..end).any(&chosen) {
+                continue;
+            }
+            match runs.last_mut() {
+                Some(run) if run.end == start => run.end = end,
+                _ => runs.push(start..end),
+            }
+        }
+        runs
+    }
+}
+
+/// Is each stencil of each term felt by a free node?
+pub(crate) fn free<const D: usize>(summands: &[Summand<D>], dofs: &Dofs<D>) -> Vec<bool> {
+    let of = |s: &Summand<D>| {
+        let first = |k| s.stencils.first_row(k, dofs) != PRESCRIBED;
+        (0..s.stencils.count()).map(first).collect::<Vec<_>>()
+    };
+    summands.iter().flat_map(of).collect()
+}
+
+/// The batches that hold a stencil with `free` as wanted, in pieces of about equal size.
+pub(crate) fn pieces<const D: usize>(
+    summands: &[Summand<D>],
+    free: &[bool],
+    wanted: bool,
+) -> Vec<Piece> {
+    let mut pieces = Vec::new();
+    for (term, summand) in summands.iter().enumerate() {
+        let stencils = &summand.stencils;
+        let free = &free[summand.first_energy..];
+        let step = stencils.batch * PIECE.div_ceil(stencils.batch);
+        for run in stencils.runs(|k| free[k] == wanted) {
+            for start in run.clone().step_by(step) {
+                let stencils = start..(start + step).min(run.end);
+                pieces.push(Piece { term, stencils });
+            }
+        }
+    }
+    pieces
+}
+
+/// The places of the Hessian: whatever shares a stencil.
+pub(crate) fn pattern<const D: usize>(
+    dofs: &Dofs<D>,
+    summands: &[Summand<D>],
+) -> Result<BlockPattern, AssemblyError> {
+    let rank = dofs.rank();
+    let coupled = |nodes: &[usize]| {
+        let mut pairs = Vec::new();
+        for (a, &m) in nodes.iter().enumerate() {
+            for &n in &nodes[..a] {
+                if rank[m] != PRESCRIBED && rank[n] != PRESCRIBED {
+                    pairs.push((rank[m] as usize, rank[n] as usize));
+                }
+            }
+        }
+        pairs
+    };
+    let of_terms = summands
+        .iter()
+        .flat_map(|s| (0..s.stencils.count()).flat_map(|k| coupled(s.stencils.nodes_of(k))));
+    BlockPattern::from_adjacency(dofs.free_nodes(), of_terms).map_err(|_| {
+        AssemblyError::TooManyNodes {
+            count: dofs.free_nodes(),
+        }
+    })
+}
+
+/// Cuts the rows into runs of about equal work.
+pub(crate) fn cut<const D: usize>(dofs: &Dofs<D>, summands: &[Summand<D>]) -> Vec<Range<usize>> {
+    let rows = dofs.free_nodes();
+    let wanted = CHUNKS_PER_THREAD * rayon::current_num_threads();
+    let count = (rows / SMALLEST_CHUNK).clamp(1, wanted.max(1));
+    let mut work = vec![0_usize; rows];
+    for stencils in summands.iter().map(|s| &s.stencils) {
+        for k in 0..stencils.count() {
+            let row = stencils.first_row(k, dofs);
+            if row != PRESCRIBED {
+                work[row as usize] += stencils.vertices;
+            }
+        }
+    }
+    let share = work.iter().sum::<usize>().div_ceil(count).max(1);
+    let (mut begin, mut total) = (0, 0);
+    let mut ranges = Vec::with_capacity(count);
+    for (row, weight) in work.iter().enumerate() {
+        total += weight;
+        if total >= share * (ranges.len() + 1) && row + 1 < rows && ranges.len() + 1 < count {
+            ranges.push(begin..row + 1);
+            begin = row + 1;
+        }
+    }
+    ranges.push(begin..rows);
+    ranges
+}
+
+/// The stencils of a term that touch `rows`, with their places.
+pub(crate) fn work<const D: usize>(
+    stencils: &Stencils,
+    rows: &Range<usize>,
+    dofs: &Dofs<D>,
+    pattern: &BlockPattern,
+) -> Work {
+    let rank = dofs.rank();
+    let first_value = pattern.row_start()[rows.start];
+    let ours = |row: u32| row != PRESCRIBED && rows.contains(&(row as usize));
+    let touches = |k: usize| stencils.nodes_of(k).iter().any(|&n| ours(rank[n]));
+    let mut work = Work {
+        runs: Vec::new(),
+        rows: Vec::new(),
+        places: Vec::new(),
+        owned: Vec::new(),
+    };
+    for run in stencils.runs(touches) {
+        work.runs.push(Run {
+            stencils: run.clone(),
+            start: work.owned.len(),
+        });
+        for k in run {
+            let nodes = stencils.nodes_of(k);
+            work.owned.push(ours(stencils.first_row(k, dofs)));
+            for (a, &node) in nodes.iter().enumerate() {
+                let row = rank[node];
+                let local = row.wrapping_sub(rows.start as u32);
+                work.rows.push(if ours(row) { local } else { NONE });
+                debug_assert_eq!(work.places.len() % pair(stencils.vertices, 0), pair(a, 0));
+                for &other in &nodes[..=a] {
+                    let (high, low) = (row.max(rank[other]), row.min(rank[other]));
+                    let place = if ours(high) {
+                        pattern.find(high as usize, low as usize)
+                    } else {
+                        None
+                    };
+                    let mark = if row < rank[other] { TRANSPOSED } else { 0 };
+                    work.places
+                        .push(place.map_or(NONE, |p| (p - first_value) as u32 | mark));
+                }
+            }
+        }
+    }
+    // The last batch may not be full.
+    let padded = work.owned.len().next_multiple_of(stencils.batch);
+    work.rows.resize(padded * stencils.vertices, NONE);
+    work.places
+        .resize(padded * pair(stencils.vertices, 0), NONE);
+    work
+}

@@ -1,0 +1,112 @@
+//! What an energy must tell so that it can be one of the terms of a sum.
+
+use crate::configuration::Configuration;
+use crate::sink::{EnergySink, GradientSink, HessianSink};
+use fem_materials::HessianProjection;
+use std::ops::Range;
+
+/// One kind of energy: a sum over stencils, each a function of the positions of a few nodes.
+///
+/// E = Σₛ eₛ(x of the stencil's nodes, controls), joules. The methods are given a run of stencils
+/// and write what they find into a sink, which keeps the rows that its owner sums and drops the
+/// others; every stencil of the run must be written, in ascending order, and the same stencil must
+/// always give the same numbers. `crates/fem-assembly/examples/own_term.rs` is a complete one.
+///
+/// A method may rely on the lengths of positions and controls; the positions may be any numbers.
+/// Where eₛ is undefined it is +∞ (NaN counts as +∞ in the sum).
+pub trait Term<const D: usize>: Send + Sync {
+    /// The nodes of every stencil; asked for once.
+    fn stencils(&self) -> Stencils;
+
+    /// Writes the energy of each stencil, joules.
+    fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink);
+
+    /// Writes ∂eₛ/∂x at each vertex, newtons, and the energy of each stencil, joules.
+    fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>);
+
+    /// Writes ∂²eₛ/∂xₐ∂x_b for each pair of vertices once (either order) and for a = b, newtons
+    /// per meter; each stencil's matrix is projected as asked.
+    fn hessian(
+        &self,
+        at: Configuration<D>,
+        projection: HessianProjection,
+        stencils: Range<usize>,
+        sink: &mut HessianSink<D>,
+    );
+
+    /// Writes Σ_b (∂²eₛ/∂xₐ∂x_b) δx_b at each vertex, newtons, δx given at every node, meters.
+    /// Without a method of its own, [`Term::hessian`] is multiplied.
+    fn hessian_vector(
+        &self,
+        at: Configuration<D>,
+        displacement: &[[f64; D]],
+        stencils: Range<usize>,
+        sink: &mut GradientSink<D>,
+    ) {
+        let mut product = sink.product_with(displacement);
+        self.hessian(at, HessianProjection::None, stencils, &mut product);
+    }
+
+    /// How many controls an evaluation needs: one more than the largest index read.
+    fn controls(&self) -> usize {
+        0
+    }
+
+    /// Writes ∂²eₛ/∂x∂c at each vertex for one control c. The energy is affine in every control,
+    /// so this depends on none of them.
+    fn control_gradient(
+        &self,
+        _at: Configuration<D>,
+        _control: usize,
+        _stencils: Range<usize>,
+        _sink: &mut GradientSink<D>,
+    ) {
+    }
+
+    /// The largest t for which x + τ δx is in the domain of these stencils for all 0 ≤ τ < t.
+    fn largest_step(
+        &self,
+        _at: Configuration<D>,
+        _displacement: &[[f64; D]],
+        _stencils: Range<usize>,
+    ) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The mesh element that a stencil belongs to, if any: errors name it.
+    fn element(&self, _stencil: usize) -> Option<usize> {
+        None
+    }
+}
+
+/// The nodes that each stencil of a term couples, the same number for each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stencils {
+    pub(crate) nodes: Vec<usize>,
+    pub(crate) vertices: usize,
+    pub(crate) batch: usize,
+}
+
+impl Stencils {
+    /// Stencil s couples the nodes of the s-th item; they must differ.
+    pub fn new<const V: usize>(nodes: impl IntoIterator<Item = [usize; V]>) -> Self {
+        Self {
+            nodes: nodes.into_iter().flatten().collect(),
+            vertices: V.max(1),
+            batch: 1,
+        }
+    }
+
+    /// Runs start at multiples of `batch` and end at one or at the last stencil: for terms that
+    /// evaluate several stencils side by side.
+    #[must_use]
+    pub fn in_batches_of(self, batch: usize) -> Self {
+        let batch = batch.max(1);
+        Self { batch, ..self }
+    }
+
+    /// Number of stencils.
+    pub fn count(&self) -> usize {
+        self.nodes.len() / self.vertices
+    }
+}

@@ -1,0 +1,14 @@
+//! The kinds of energy, one to a file; none knows of another.
+
+mod elastic;
+mod fibers;
+mod gravity;
+mod nodal_loads;
+mod obstacle;
+mod scaled;
+
+pub use fibers::Fiber;
+pub use gravity::Gravity;
+pub use nodal_loads::NodalLoads;
+pub use obstacle::{Obstacle, Penalty};
+pub use scaled::Scaled;
