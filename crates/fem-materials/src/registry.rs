@@ -53,6 +53,9 @@ impl Parameter {
     }
 }
 
+/// A model's own parameters, by name, from constants at rest; see [`Entry::elastic`].
+pub type FromLame = fn(Lame) -> Vec<(&'static str, f64)>;
+
 /// How to make a model of type `M`.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry<M> {
@@ -67,7 +70,7 @@ pub struct Entry<M> {
     /// The parameters that give the model, less its fibers and damage, these constants at rest;
     /// `None` for a model that they do not determine. With it, [`Entry::build`] takes a pair of
     /// [`ELASTIC_PAIRS`] in their stead.
-    pub elastic: Option<fn(Lame) -> Vec<(&'static str, f64)>>,
+    pub elastic: Option<FromLame>,
     /// Builds it from parameters whose names are known to be right; see [`Entry::build`].
     pub from_parameters: fn(&Parameters) -> Result<M, ParameterError>,
 }
@@ -111,7 +114,7 @@ impl<M> Entry<M> {
     /// A parameter that the model does not have, one that is missing, one that is no number or
     /// lies outside its range.
     pub fn build(&self, parameters: &Parameters) -> Result<M, ParameterError> {
-        let elastic = self.from_elastic_pair(parameters)?;
+        let elastic = self.without_elastic_pair(parameters)?;
         let parameters = elastic.as_ref().unwrap_or(parameters);
         let mut own = Parameters::default();
         for (name, text) in &parameters.0 {
@@ -169,7 +172,10 @@ impl<M> Entry<M> {
     }
 
     /// The model's own parameters where `given` has an elastic pair.
-    fn from_elastic_pair(&self, given: &Parameters) -> Result<Option<Parameters>, ParameterError> {
+    fn without_elastic_pair(
+        &self,
+        given: &Parameters,
+    ) -> Result<Option<Parameters>, ParameterError> {
         let both = |[a, b]: &&[Parameter; 2]| [a, b].iter().all(|p| given.0.contains_key(p.name));
         let pairs = || self.elastic_pairs().find(both);
         let (Some(elastic), Some([a, b])) = (self.elastic, pairs()) else {
