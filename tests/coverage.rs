@@ -221,7 +221,8 @@ fn a_model_is_one_file_that_no_other_file_names() {
         let literal = format!("\"{name}\"");
         let homes: Vec<_> = all
             .iter()
-            .filter(|(_, text)| text.contains(&literal))
+            // A preset is a model's name with numbers.
+            .filter(|(path, text)| !path.ends_with("presets.rs") && text.contains(&literal))
             .map(|(path, _)| path)
             .collect();
         assert_eq!(homes.len(), 1, "`{name}` stands in {homes:?}");

@@ -20,10 +20,8 @@ fn main() {
         let path = folder.join(format!("{name}.rs"));
         writeln!(code, "#[path = {path:?}]\nmod {name};\npub use {name}::*;").expect("a String");
     }
-    code.push_str(
-        "/// Shows every model of this crate to `visitor`, file by file in alphabetical order.\n",
-    );
-    code.push_str("pub fn for_each_model(visitor: &mut impl crate::registry::ModelVisitor) {\n");
+    code.push_str("/// Registers every model of this crate, file by file in alphabetical order.\n");
+    code.push_str("pub(crate) fn register_all(visitor: &mut impl crate::registry::Register) {\n");
     for name in &names {
         writeln!(code, "    {name}::register(visitor);").expect("a String");
     }

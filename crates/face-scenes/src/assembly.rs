@@ -1,12 +1,12 @@
 //! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
-use super::material::{FiberCurve, FiberStretch, PassiveMaterial};
+use super::material::{FiberCurve, FiberStretch};
 use super::{Scene, SceneError};
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber};
 use fem_materials::curves::{
     Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve, TensionCurve,
 };
-use fem_materials::{FiberLaw, Flesh, Lame, NeoHookean, StableNeoHookean, Stretch};
+use fem_materials::{FiberLaw, Stretch};
 
 impl Scene {
     /// The flesh as an assembly: the nodes of cranium and jaw prescribed, one activation channel per
@@ -30,7 +30,9 @@ impl Scene {
             let inside = of_tet.filter(|(_, region)| **region as usize == r);
             let tets: Vec<usize> = inside.map(|(tet, _)| tet).collect();
             if !tets.is_empty() {
-                builder = with_material(builder, &tets, region.material).map_err(in_mesh)?;
+                let added = region.material.add_to(builder, &tets);
+                let added = added.map_err(|e| ("material", format!("{}: {e}", region.name)))?;
+                builder = added.map_err(in_mesh)?;
             }
         }
         let stretch = match self.fibers.stretch {
@@ -71,23 +73,6 @@ impl Scene {
     }
 }
 
-fn with_material(
-    builder: AssemblyBuilder<3>,
-    tets: &[usize],
-    material: PassiveMaterial,
-) -> Result<AssemblyBuilder<3>, AssemblyError> {
-    let (mu, lambda) = material.lame();
-    match material {
-        PassiveMaterial::MooneyRivlin { a, b, bulk } => {
-            builder.region(tets, Flesh::new(a, b, bulk))
-        }
-        PassiveMaterial::StableNeoHookean { .. } => {
-            builder.region(tets, StableNeoHookean::from_lame(Lame { mu, lambda }))
-        }
-        PassiveMaterial::NeoHookean { .. } => builder.region(tets, NeoHookean { mu, lambda }),
-    }
-}
-
 fn table(active: &[[f64; 2]], passive: &[[f64; 2]]) -> Result<SplineCurve, CurveError> {
     let spline = |rows: &[[f64; 2]], ends| {
         let (stretches, values): (Vec<f64>, Vec<f64>) = rows.iter().map(|r| (r[0], r[1])).unzip();
@@ -102,9 +87,13 @@ fn table(active: &[[f64; 2]], passive: &[[f64; 2]]) -> Result<SplineCurve, Curve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Fibers, Region};
+    use crate::{Fibers, NamedMaterial, Region};
+    use fem_kinematics::Mat;
+    use fem_materials::Material;
+    use fem_materials::presets::{PHYSBAM_FACE, SOFT_TISSUE};
+    use fem_materials::registry::{Entry, SolidVisitor, for_each_solid};
 
-    fn with(material: PassiveMaterial, fibers: Fibers) -> Assembly<3> {
+    fn with(material: NamedMaterial, fibers: Fibers) -> Assembly<3> {
         let mut scene = Scene::builtin(5_000).expect("a face");
         scene.regions = vec![Region {
             name: "flesh".into(),
@@ -121,21 +110,14 @@ mod tests {
             passive: vec![[1.0, 0.0], [1.5, 1.0]],
         };
         let cases = [
+            (SOFT_TISSUE.into(), FiberCurve::Physbam, FiberStretch::Total),
             (
-                PassiveMaterial::SOFT_TISSUE,
-                FiberCurve::Physbam,
-                FiberStretch::Total,
-            ),
-            (
-                PassiveMaterial::PHYSBAM_FACE,
+                PHYSBAM_FACE.into(),
                 FiberCurve::Blemker,
                 FiberStretch::Isochoric,
             ),
             (
-                PassiveMaterial::NeoHookean {
-                    young: 3e4,
-                    poisson: 0.45,
-                },
+                NamedMaterial::new("neo_hookean", [("young", 3e4), ("poisson", 0.45)]),
                 table,
                 FiberStretch::Total,
             ),
@@ -146,6 +128,7 @@ mod tests {
                 stretch,
                 ..Fibers::default()
             };
+            let name = material.to_string();
             let assembly = with(material, fibers);
             let largest = |activation: f64| {
                 let activations = vec![activation; assembly.controls()];
@@ -156,8 +139,8 @@ mod tests {
                 );
                 forces.iter().flatten().fold(0.0_f64, |m, f| m.max(f.abs()))
             };
-            assert!(largest(0.0) < 1e-9, "{material:?}");
-            assert!(largest(0.5) > 1e-2, "{material:?}");
+            assert!(largest(0.0) < 1e-9, "{name}");
+            assert!(largest(0.5) > 1e-2, "{name}");
         }
     }
 
@@ -170,5 +153,59 @@ mod tests {
         };
         let error = scene.assembly().expect_err("l = 1 is not within");
         assert!(error.to_string().contains("fibers.curve.table"), "{error}");
+    }
+
+    /// Compares a scene of one material, turned and stretched as a whole, with the model itself.
+    struct Compared {
+        scene: Scene,
+        seen: usize,
+    }
+
+    impl SolidVisitor for Compared {
+        fn visit<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
+            let model = entry.build(&entry.defaults()).expect(entry.name);
+            let mesh = &self.scene.mesh;
+            let volume: f64 = (0..mesh.num_elements()).map(|t| mesh.volume(t)).sum();
+            let gradient = Mat([[1.05, 0.1, 0.0], [-0.05, 0.96, 0.02], [0.0, 0.04, 1.02]]);
+            let expected = model.energy(&gradient) * volume;
+            for name in entry.aliases.iter().chain([&entry.name]) {
+                let values: serde_json::Map<_, _> = entry
+                    .parameters
+                    .iter()
+                    .map(|p| (p.name.to_owned(), p.default.into()))
+                    .collect();
+                let text = serde_json::json!({ *name: values }).to_string();
+                let spec: crate::MaterialSpec = serde_json::from_str(&text).expect(name);
+                self.scene.regions[0].material = spec.resolve().expect(name);
+                let assembly = self.scene.assembly().expect(name);
+                let turned: Vec<_> = assembly
+                    .rest()
+                    .iter()
+                    .map(|&x| gradient.mul_vec(x))
+                    .collect();
+                let quiet = vec![0.0; assembly.controls()];
+                let energy = assembly.energy(assembly.configuration(&turned, &quiet).expect(name));
+                let error = (energy - expected).abs();
+                assert!(
+                    error <= 1e-10 * expected.abs(),
+                    "{name}: {energy} for {expected}"
+                );
+            }
+            self.seen += 1;
+        }
+    }
+
+    #[test]
+    fn every_model_of_the_registry_is_reached_by_its_name_and_has_its_own_energy() {
+        let mut scene = Scene::builtin(5_000).expect("a face");
+        scene.fiber_field =
+            face_rig::anatomy::FiberField::new(Vec::new(), scene.mesh.num_elements(), 0)
+                .expect("no fibers");
+        scene.muscles.clear();
+        let mut compared = Compared { scene, seen: 0 };
+        for_each_solid(&mut compared);
+        let files = concat!(env!("CARGO_MANIFEST_DIR"), "/../fem-materials/src/models");
+        let files = std::fs::read_dir(files).expect("the models").count();
+        assert!(compared.seen >= files - 1, "{} of {files}", compared.seen);
     }
 }

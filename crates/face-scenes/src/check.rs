@@ -317,7 +317,7 @@ impl fmt::Display for CheckReport {
         for (region, tets) in &self.regions {
             writeln!(
                 f,
-                "  region     {}: {tets} tets, {:?}",
+                "  region     {}: {tets} tets, {}",
                 region.name, region.material
             )?;
         }

@@ -1,10 +1,11 @@
 //! The face that the program makes, as a scene.
 
 use super::load::{Flesh, Place};
-use super::{Fibers, Landmark, PassiveMaterial, Region, Scene, SceneError, Skin};
+use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::BuiltinFace;
 use face_rig::anatomy::{Bones, FiberField, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
+use fem_materials::presets::SOFT_TISSUE;
 use std::path::Path;
 
 pub(super) fn scene(tets: usize) -> Result<Scene, SceneError> {
@@ -12,7 +13,7 @@ pub(super) fn scene(tets: usize) -> Result<Scene, SceneError> {
         path: Path::new("built-in face"),
         scale: 1.0,
     };
-    let flesh = flesh(&place, tets, PassiveMaterial::SOFT_TISSUE)?;
+    let flesh = flesh(&place, tets, SOFT_TISSUE.into())?;
     let name = format!("built-in face, {} tets", flesh.mesh.num_elements());
     Ok(flesh.scene(name, Fibers::default()))
 }
@@ -22,7 +23,7 @@ pub(super) fn scene(tets: usize) -> Result<Scene, SceneError> {
 pub(super) fn flesh(
     place: &Place,
     tets: usize,
-    material: PassiveMaterial,
+    material: NamedMaterial,
 ) -> Result<Flesh, SceneError> {
     let refuse = |reason: String| place.field("face.builtin.tets", reason);
     let face = BuiltinFace::with_tets(tets).map_err(|e| refuse(e.to_string()))?;

@@ -61,8 +61,11 @@
 //! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
 //!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
 //!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
-//! * `material`: `preset`, `mooney_rivlin { a, b, bulk }`, `stable_neo_hookean { young, poisson }` or
-//!   `neo_hookean { young, poisson }`.
+//! * `material`: `preset` with a name of [`fem_materials::presets`], or any model of
+//!   [`fem_materials::registry`] with its parameters, such as
+//!   `{ "yeoh": { "c1": 2e5, "c2": -1e4, "c3": 2e3, "K": 2e6 } }`. A model that elastic constants
+//!   determine takes `young` and `poisson`, `lambda` and `mu`, or `bulk` and `shear` for them;
+//!   lists of numbers are `[…]` or text.
 //! * `fibers.curve`: `"physbam"`, `"blemker"` or `{ "table": { "active": [[l, f], …], "passive": … } }`;
 //!   `stretch`: `"plain"` or `"deviatoric"`.
 //! * Without `embedding`, landmarks are placed by their positions at rest.
@@ -95,7 +98,7 @@ pub use format::{
     BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inverted,
     LandmarksSpec, MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec,
 };
-pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, PassiveMaterial, Region};
+pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
 pub use pose::{SettingError, parse_activations, parse_angle};
 pub use rig::RigSceneError;
 

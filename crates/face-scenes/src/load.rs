@@ -3,7 +3,7 @@
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, Inverted, RegionsSpec, SceneFile,
 };
-use super::material::{Fibers, MaterialSpec, PassiveMaterial, Region};
+use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
 use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
@@ -123,7 +123,7 @@ fn from_files(
     place: &Place,
     files: &FilesSpec,
     region_spec: Option<&RegionsSpec>,
-    material: PassiveMaterial,
+    material: NamedMaterial,
 ) -> Result<Flesh, SceneError> {
     let mesh_file = MeshFile::read(place.file(&files.mesh))?;
     let (mesh, repairs) = mesh(place, files, &mesh_file)?;
@@ -227,11 +227,7 @@ fn hinge(place: &Place, spec: &HingeSpec) -> Result<JawHinge, SceneError> {
     JawHinge::new(point.map(|v| v * place.scale), axis).map_err(SceneError::hinge(&path, field))
 }
 
-fn material(
-    place: &Place,
-    field: &str,
-    spec: &MaterialSpec,
-) -> Result<PassiveMaterial, SceneError> {
+fn material(place: &Place, field: &str, spec: &MaterialSpec) -> Result<NamedMaterial, SceneError> {
     spec.resolve().map_err(|reason| place.field(field, reason))
 }
 
@@ -240,7 +236,7 @@ fn regions(
     place: &Place,
     spec: Option<&RegionsSpec>,
     file: &MeshFile,
-    flesh: PassiveMaterial,
+    flesh: NamedMaterial,
 ) -> Result<(Vec<Region>, Vec<u32>), SceneError> {
     let mut regions = vec![Region::of_all(flesh)];
     let Some(spec) = spec else {

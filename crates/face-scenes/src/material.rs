@@ -1,148 +1,199 @@
 //! Materials as a scene describes them.
 
-use serde::{Deserialize, Serialize};
+use super::names;
+use fem_assembly::{AssemblyBuilder, AssemblyError};
+use fem_materials::presets::{PRESETS, Preset, preset};
+use fem_materials::registry::{ModelError, Parameters, UseSolid, at_rest, with_solid};
+use fem_materials::{Lame, Material};
+use serde::de::Error as _;
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value};
+use std::fmt;
 
-/// Passive flesh, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum PassiveMaterial {
-    /// ψ = A I₁ + B I₂ + K/2 (ln J)² (doc 000, 4.2).
-    MooneyRivlin {
-        /// A, Pa.
-        a: f64,
-        /// B, Pa.
-        b: f64,
-        /// K, Pa.
-        bulk: f64,
-    },
-    /// Stable neo-Hookean (Smith et al. 2018) that behaves like linear elasticity with these
-    /// constants at small strains; finite for flat and inverted elements too.
-    StableNeoHookean {
-        /// Young's modulus, Pa.
-        young: f64,
-        /// Poisson's ratio, under ½.
-        poisson: f64,
-    },
-    /// ψ = μ/2 (tr C − 3) − μ ln J + λ/2 (ln J)² with Lamé's μ and λ.
-    NeoHookean {
-        /// Young's modulus, Pa.
-        young: f64,
-        /// Poisson's ratio, under ½.
-        poisson: f64,
-    },
+/// A model of [`fem_materials::registry`] by its name, with its parameters in SI units.
+///
+/// In a scene file `{ "yeoh": { "c1": 2e5, "c2": -1e4, "c3": 2e3, "K": 2e6 } }`: numbers, text, or
+/// lists of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedMaterial {
+    /// The model's name.
+    pub model: String,
+    /// Its parameters.
+    pub parameters: Parameters,
 }
 
-impl PassiveMaterial {
-    /// Facial soft tissue as one material: stable neo-Hookean, E = 30 kPa, ν = 0.47, in the range
-    /// of measured skin, fat and resting muscle (order 1 to 100 kPa); bears activations of 0.3 on
-    /// the head data set.
-    pub const SOFT_TISSUE: Self = Self::StableNeoHookean {
-        young: 30e3,
-        poisson: 0.47,
-    };
-    /// The same stiffness as a Mooney-Rivlin solid: μ = 2(A + B) = 10.2 kPa with A : B = 3 : 1 as
-    /// in PhysBAM's face, K = λ + 2μ/3 = 166.7 kPa.
-    pub const SOFT_MOONEY_RIVLIN: Self = Self::MooneyRivlin {
-        a: 3.827e3,
-        b: 1.275e3,
-        bulk: 166.7e3,
-    };
-    /// The defaults of PhysBAM's face (A = 60 kPa, B = 20 kPa, K = 60 kPa): stiff in shear and soft in
-    /// volume, Poisson's ratio −0.21 at rest.
-    pub const PHYSBAM_FACE: Self = Self::MooneyRivlin {
-        a: 60e3,
-        b: 20e3,
-        bulk: 60e3,
-    };
-
-    /// The names that a scene may use for a preset.
-    pub const PRESETS: [(&'static str, Self); 3] = [
-        ("soft_tissue", Self::SOFT_TISSUE),
-        ("soft_mooney_rivlin", Self::SOFT_MOONEY_RIVLIN),
-        ("physbam_face", Self::PHYSBAM_FACE),
-    ];
-
-    /// Lamé's constants at rest, (μ, λ) in Pa.
-    pub fn lame(&self) -> (f64, f64) {
-        match *self {
-            Self::MooneyRivlin { a, b, bulk } => (2.0 * (a + b), bulk - 4.0 / 3.0 * (a + b)),
-            Self::StableNeoHookean { young, poisson } | Self::NeoHookean { young, poisson } => (
-                young / (2.0 * (1.0 + poisson)),
-                young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
-            ),
+impl NamedMaterial {
+    /// A model with numbers.
+    pub fn new<'a>(model: &str, numbers: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
+        let texts = numbers.into_iter().map(|(name, x)| (name, x.to_string()));
+        Self {
+            model: model.to_owned(),
+            parameters: texts.collect(),
         }
     }
-
-    /// What is wrong with the parameters, if anything.
-    pub(super) fn defect(&self) -> Option<String> {
-        match *self {
-            Self::MooneyRivlin { a, b, bulk } => {
-                let good = a >= 0.0 && b >= 0.0 && a + b > 0.0 && bulk > 0.0;
-                let finite = (a + b + bulk).is_finite();
-                (!(good && finite)).then(|| {
-                    format!("a = {a}, b = {b}, bulk = {bulk}: moduli are pascals, a and b from 0 and not both 0, bulk above 0")
-                })
-            }
-            Self::StableNeoHookean { young, poisson } | Self::NeoHookean { young, poisson } => {
-                let good = young > 0.0 && young.is_finite() && poisson > -1.0 && poisson < 0.5;
-                (!good).then(|| {
-                    format!("young = {young}, poisson = {poisson}: young is pascals above 0, poisson above -1 and under 0.5")
-                })
+    /// Builds the model and hands it to `user`.
+    ///
+    /// # Errors
+    /// If no model has the name, or its parameters do not fit.
+    pub fn with<U: UseSolid>(&self, user: U) -> Result<U::Output, ModelError> {
+        with_solid(&self.model, &self.parameters, user)
+    }
+    /// Gives the material to some elements.
+    ///
+    /// # Errors
+    /// As [`NamedMaterial::with`]; within, where an element does not exist.
+    pub fn add_to(
+        &self,
+        builder: AssemblyBuilder<3>,
+        elements: &[usize],
+    ) -> Result<Result<AssemblyBuilder<3>, AssemblyError>, ModelError> {
+        struct AddTo<'a>(AssemblyBuilder<3>, &'a [usize]);
+        impl UseSolid for AddTo<'_> {
+            type Output = Result<AssemblyBuilder<3>, AssemblyError>;
+            fn call<M: Material<3> + 'static>(self, model: M) -> Self::Output {
+                // One instance of the element kernels for each model: without optimization they
+                // take less than half the time to compile like this.
+                #[cfg(debug_assertions)]
+                let model = fem_materials::Outlined(model);
+                self.0.region(self.1, model)
             }
         }
+        self.with(AddTo(builder, elements))
+    }
+    /// Lamé's parameters at rest, from the model itself.
+    ///
+    /// # Errors
+    /// As [`NamedMaterial::with`].
+    pub fn at_rest(&self) -> Result<Lame, ModelError> {
+        struct AtRest;
+        impl UseSolid for AtRest {
+            type Output = Lame;
+            fn call<M: Material<3> + 'static>(self, model: M) -> Lame {
+                at_rest(&model)
+            }
+        }
+        self.with(AtRest)
+    }
+}
+
+impl From<Preset> for NamedMaterial {
+    fn from(preset: Preset) -> Self {
+        Self {
+            model: preset.model.to_owned(),
+            parameters: preset.parameters(),
+        }
+    }
+}
+
+impl fmt::Display for NamedMaterial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} with {}", self.model, self.parameters)
+    }
+}
+
+impl Serialize for NamedMaterial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let value = |text: &str| match text.parse::<f64>() {
+            Ok(number) => Value::from(number),
+            Err(_) => Value::from(text),
+        };
+        let texts = self.parameters.iter();
+        let values: Map<String, Value> = texts.map(|(k, v)| (k.to_owned(), value(v))).collect();
+        let mut map = serializer.serialize_map(Some(1))?;
+        map.serialize_entry(&self.model, &values)?;
+        map.end()
     }
 }
 
 /// A material of a scene file: a preset's name or the model with its parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum MaterialSpec {
-    /// One of [`PassiveMaterial::PRESETS`].
+    /// One of [`fem_materials::presets`].
     Preset(String),
-    /// ψ = A I₁ + B I₂ + K/2 (ln J)².
-    MooneyRivlin {
-        /// A, Pa.
-        a: f64,
-        /// B, Pa.
-        b: f64,
-        /// K, Pa.
-        bulk: f64,
-    },
-    /// Stable neo-Hookean.
-    StableNeoHookean {
-        /// Young's modulus, Pa.
-        young: f64,
-        /// Poisson's ratio.
-        poisson: f64,
-    },
-    /// Neo-Hookean.
-    NeoHookean {
-        /// Young's modulus, Pa.
-        young: f64,
-        /// Poisson's ratio.
-        poisson: f64,
-    },
+    /// Any model.
+    Model(NamedMaterial),
+}
+
+impl Serialize for MaterialSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Model(model) => model.serialize(serializer),
+            Self::Preset(name) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry("preset", name)?;
+                map.end()
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for MaterialSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let map = Map::<String, Value>::deserialize(deserializer)?;
+        let count = map.len();
+        let (1, Some((name, value))) = (count, map.into_iter().next()) else {
+            return Err(D::Error::custom(format!(
+                "{count} materials; give one, such as {{ \"preset\": \"soft_tissue\" }}"
+            )));
+        };
+        match value {
+            Value::String(preset) if name == "preset" => Ok(Self::Preset(preset)),
+            Value::Object(values) if name != "preset" => {
+                let parameter = |(key, value): (String, Value)| match text(&value) {
+                    Some(text) => Ok((key, text)),
+                    None => Err(D::Error::custom(format!(
+                        "{name}.{key} is {value}; give a number, text or a list of numbers"
+                    ))),
+                };
+                let parameters = values.into_iter().map(parameter);
+                Ok(Self::Model(NamedMaterial {
+                    parameters: parameters.collect::<Result<_, _>>()?,
+                    model: name,
+                }))
+            }
+            _ if name == "preset" => Err(D::Error::custom("a preset is a name in quotes")),
+            _ => Err(D::Error::custom(format!(
+                "{name} needs its parameters in braces"
+            ))),
+        }
+    }
+}
+
+/// A parameter as the registry reads it.
+fn text(value: &Value) -> Option<String> {
+    match value {
+        Value::Number(number) => Some(number.to_string()),
+        Value::String(text) => Some(text.clone()),
+        Value::Array(list) => {
+            let numbers = list.iter().map(|v| v.as_f64().map(|x| x.to_string()));
+            Some(numbers.collect::<Option<Vec<_>>>()?.join(" "))
+        }
+        _ => None,
+    }
 }
 
 impl MaterialSpec {
     /// The material, or what is wrong with it.
-    pub(super) fn resolve(&self) -> Result<PassiveMaterial, String> {
-        let material = match *self {
-            Self::Preset(ref name) => {
-                let presets = PassiveMaterial::PRESETS;
-                let found = presets.iter().find(|(n, _)| n == name);
-                found.map(|&(_, m)| m).ok_or_else(|| {
-                    let names = presets.map(|(n, _)| n).join(", ");
-                    format!("there is no preset \"{name}\"; there are {names}")
-                })?
-            }
-            Self::MooneyRivlin { a, b, bulk } => PassiveMaterial::MooneyRivlin { a, b, bulk },
-            Self::StableNeoHookean { young, poisson } => {
-                PassiveMaterial::StableNeoHookean { young, poisson }
-            }
-            Self::NeoHookean { young, poisson } => PassiveMaterial::NeoHookean { young, poisson },
+    pub(super) fn resolve(&self) -> Result<NamedMaterial, String> {
+        let material = match self {
+            Self::Model(model) => model.clone(),
+            Self::Preset(name) => preset(name).map(NamedMaterial::from).ok_or_else(|| {
+                let names = PRESETS.map(|p| p.name);
+                let (hint, list) = (names::hint(name, names), names.join(", "));
+                format!("there is no preset \"{name}\"; there are {list}{hint}")
+            })?,
         };
-        material.defect().map_or(Ok(material), Err)
+        match material.at_rest() {
+            Ok(_) => Ok(material),
+            Err(ModelError::Unknown { name, known }) => {
+                let (hint, list) = (names::hint(&name, known.iter().copied()), known.join(", "));
+                Err(format!(
+                    "there is no model \"{name}\"; there are {list}{hint}"
+                ))
+            }
+            Err(error) => Err(error.to_string()),
+        }
     }
 }
 
@@ -152,12 +203,12 @@ pub struct Region {
     /// Its name.
     pub name: String,
     /// What it is made of.
-    pub material: PassiveMaterial,
+    pub material: NamedMaterial,
 }
 
 impl Region {
     /// The region of everything that no other region claims.
-    pub(super) fn of_all(material: PassiveMaterial) -> Self {
+    pub(super) fn of_all(material: NamedMaterial) -> Self {
         Self {
             name: "flesh".into(),
             material,
@@ -255,38 +306,91 @@ fn table_defect(name: &str, rows: &[[f64; 2]]) -> Option<String> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_two_soft_presets_are_equally_stiff() {
-        let (mu, lambda) = PassiveMaterial::SOFT_TISSUE.lame();
-        let (mu_mr, lambda_mr) = PassiveMaterial::SOFT_MOONEY_RIVLIN.lame();
-        assert!((mu_mr / mu - 1.0).abs() < 2e-3);
-        assert!((lambda_mr / lambda - 1.0).abs() < 2e-3);
+    fn read(text: &str) -> Result<NamedMaterial, String> {
+        let spec: MaterialSpec = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        let material = spec.resolve()?;
+        let written = serde_json::to_string(&spec).map_err(|e| e.to_string())?;
+        let again: MaterialSpec = serde_json::from_str(&written).map_err(|e| e.to_string())?;
+        assert_eq!(
+            again
+                .resolve()
+                .and_then(|m| m.at_rest().map_err(|e| e.to_string())),
+            { material.at_rest().map_err(|e| e.to_string()) }
+        );
+        Ok(material)
     }
 
     #[test]
     fn every_preset_and_the_default_fibers_are_sound() {
-        for (name, material) in PassiveMaterial::PRESETS {
-            assert_eq!(material.defect(), None, "{name}");
-            assert_eq!(MaterialSpec::Preset(name.into()).resolve(), Ok(material));
+        for preset in PRESETS {
+            let text = format!("{{ \"preset\": \"{}\" }}", preset.name);
+            assert_eq!(read(&text), Ok(preset.into()));
         }
         assert_eq!(Fibers::default().defect(), None);
     }
 
     #[test]
-    fn unsound_parameters_are_refused() {
-        let poisson = MaterialSpec::NeoHookean {
-            young: 1e4,
-            poisson: 0.5,
-        };
-        assert!(poisson.resolve().is_err_and(|e| e.contains("under 0.5")));
-        let nan = MaterialSpec::MooneyRivlin {
-            a: f64::NAN,
-            b: 1.0,
-            bulk: 1.0,
-        };
-        assert!(nan.resolve().is_err());
-        let none = MaterialSpec::Preset("steel".into());
-        assert!(none.resolve().is_err_and(|e| e.contains("soft_tissue")));
+    fn every_way_to_write_a_material_is_read() {
+        for text in [
+            r#"{ "stable_neo_hookean": { "young": 30000.0, "poisson": 0.47 } }"#,
+            r#"{ "neo_hookean": { "young": 3e4, "poisson": 0.45 } }"#,
+            r#"{ "neo_hookean": { "lambda": 40000, "mu": 10000 } }"#,
+            r#"{ "mooney_rivlin": { "a": 6e4, "b": 2e4, "bulk": 6e5 } }"#,
+            r#"{ "ogden": { "mu": [6.3e5, 1200, -1e4], "alpha": "1.3 5.0 -2.0", "K": 5e6 } }"#,
+            r#"{ "gent": { "young": 3e4, "poisson": 0.45, "Jm": 30 } }"#,
+        ] {
+            let material = read(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert!(material.at_rest().is_ok_and(|lame| lame.mu > 0.0), "{text}");
+        }
+        let lame = read(r#"{ "stable_neo_hookean": { "young": 30000.0, "poisson": 0.47 } }"#)
+            .and_then(|m| m.at_rest().map_err(|e| e.to_string()))
+            .expect("sound");
+        assert!((lame.mu - 3e4 / 2.94).abs() < 1e-8, "{lame:?}");
+    }
+
+    #[test]
+    fn unsound_materials_are_refused() {
+        for (text, parts) in [
+            (r#"{ "preset": "steel" }"#, &["steel", "soft_tissue"][..]),
+            (r#"{ "preset": 3 }"#, &["preset is a name"]),
+            (
+                r#"{ "yeo": { "c1": 1 } }"#,
+                &["\"yeo\"", "did you mean \"yeoh\"?", "ogden"],
+            ),
+            (
+                r#"{ "yeoh": { "c": 1 } }"#,
+                &["no parameter `c`", "c1 in Pa"],
+            ),
+            (
+                r#"{ "yeoh": { "c1": "30 kPa", "c2": 0, "c3": 0, "K": 1 } }"#,
+                &["30 kPa", "in Pa"],
+            ),
+            (r#"{ "yeoh": 3 }"#, &["yeoh needs its parameters"]),
+            (r#"{ "yeoh": { "c1": null } }"#, &["yeoh.c1 is null"]),
+            (
+                r#"{ "neo_hookean": { "young": 1e4, "poisson": 0.5 } }"#,
+                &["poisson = 0.5"],
+            ),
+            (
+                r#"{ "neo_hookean": { "young": -1e4, "poisson": 0.4 } }"#,
+                &["young = -10000"],
+            ),
+            (
+                r#"{ "mooney_rivlin": { "a": -1, "b": 1, "bulk": 1 } }"#,
+                &["must be 0 or greater"],
+            ),
+            (r#"{ "yeoh": {}, "gent": {} }"#, &["2 materials"]),
+            ("{}", &["0 materials"]),
+        ] {
+            let error = read(text).expect_err(text);
+            for part in parts {
+                assert!(error.contains(part), "{text}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn unsound_fibers_are_refused() {
         let mut fibers = Fibers {
             curve: FiberCurve::Table {
                 active: vec![[0.5, 0.0], [0.9, 1.0]],

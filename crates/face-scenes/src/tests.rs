@@ -103,7 +103,10 @@ fn a_sound_scene_is_understood() {
     assert_eq!(scene.bones.of_node()[0], Bone::Cranium);
     assert_eq!(scene.hinge.axis(), [1.0, 0.0, 0.0]);
     assert_eq!(scene.fiber_field.of_tet(3).len(), 2);
-    assert_eq!(scene.regions[0].material, PassiveMaterial::SOFT_TISSUE);
+    assert_eq!(
+        scene.regions[0].material,
+        fem_materials::presets::SOFT_TISSUE.into()
+    );
     let indices: Vec<u32> = scene.landmarks.iter().map(|l| l.index).collect();
     assert_eq!(indices, [0, 1]);
     let smile = scene.target("smile").expect("there");

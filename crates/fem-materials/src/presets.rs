@@ -1,64 +1,66 @@
-//! Parameter sets with units and sources.
+//! Materials with numbers, units and sources: a model's name and its parameters.
 //!
 //! Soft tissue varies by a factor of ten between people, sites and methods of measurement: these
 //! are starting points. With A I₁ + B I₂ + K/2 (ln J)² the Lamé parameters at rest are
-//! μ = 2(A + B), λ = K − 4/3 (A + B).
+//! μ = 2(A + B), λ = K − 4/3 (A + B); K = 5 (A + B) gives Poisson's ratio 0.32 at rest, 16 (A + B)
+//! gives 0.44.
 
-use crate::curves::PhysBam;
-use crate::fiber::{FiberLaw, Stretch};
-use crate::models::Flesh;
+use crate::registry::{ModelError, Parameters, UseSolid, with_solid};
 
-/// A named parameter set.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A model of the registry with its parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preset {
     /// Its name in scene files.
     pub name: &'static str,
-    /// A, B and K, Pa.
-    pub flesh: Flesh,
-    /// σ_max of the muscles in it, Pa; 0 for tissue without fibers.
-    pub peak_tension: f64,
-    /// Optimal stretch λ_ofl.
-    pub optimal_stretch: f64,
+    /// The model's name in the registry.
+    pub model: &'static str,
+    /// Its parameters, SI units.
+    pub parameters: &'static [(&'static str, &'static str)],
     /// Where the numbers are from.
     pub source: &'static str,
 }
 
-/// The muscle of PhysBAM's quasistatic face.
-///
-/// Far from incompressible: Poisson's ratio at rest is −0.2. See
-/// [`nearly_incompressible`] for a variant that keeps its volume.
-pub const MUSCLE: Preset = Preset {
-    name: "muscle",
-    flesh: Flesh::new(6e4, 2e4, 6e4),
-    peak_tension: 3e5,
-    optimal_stretch: 1.0,
-    source: "PhysBAM Create_Quasistatic_Face (mu_10 = 6e4, mu_01 = 2e4, kappa = 6e4) and FACE_3D.h \
-             (fiber_max_stress = 3e5)",
+/// Facial soft tissue as one material.
+pub const SOFT_TISSUE: Preset = Preset {
+    name: "soft_tissue",
+    model: "stable_neo_hookean",
+    parameters: &[("young", "30000"), ("poisson", "0.47")],
+    source: "in the range of measured skin, fat and resting muscle (order 1 to 100 kPa); bears \
+             activations of 0.3 on the head data set",
 };
 
-/// The same flesh without fibers: what fills a face between its muscles.
-pub const PASSIVE_FLESH: Preset = Preset {
-    name: "passive_flesh",
-    peak_tension: 0.0,
+/// [`SOFT_TISSUE`] as a Mooney-Rivlin solid.
+pub const SOFT_MOONEY_RIVLIN: Preset = Preset {
+    name: "soft_mooney_rivlin",
+    model: "mooney_rivlin",
+    parameters: &[("A", "3827"), ("B", "1275"), ("K", "166700")],
+    source: "as stiff as soft_tissue: μ = 2(A + B) = 10.2 kPa with A : B = 3 : 1 as in PhysBAM's \
+             face, K = λ + 2μ/3 = 166.7 kPa",
+};
+
+/// The flesh of PhysBAM's quasistatic face: stiff in shear and soft in volume, Poisson's ratio
+/// −0.21 at rest. Its muscles have σ_max = 3e5 Pa.
+pub const PHYSBAM_FACE: Preset = Preset {
+    name: "physbam_face",
+    model: "mooney_rivlin",
+    parameters: &[("A", "60000"), ("B", "20000"), ("K", "60000")],
     source: "PhysBAM Create_Quasistatic_Face (mu_10 = 6e4, mu_01 = 2e4, kappa = 6e4)",
-    ..MUSCLE
 };
 
-/// A softer muscle, half of [`MUSCLE`].
+/// Softer flesh, half of [`PHYSBAM_FACE`] in shear.
 pub const SOFT_MUSCLE: Preset = Preset {
     name: "soft_muscle",
-    flesh: Flesh::new(3e4, 1e4, 6e4),
+    model: "mooney_rivlin",
+    parameters: &[("A", "30000"), ("B", "10000"), ("K", "60000")],
     source: "attributed to Teran et al. 2005 (Robust quasistatic finite elements and flesh \
              simulation); not verified against the paper",
-    ..MUSCLE
 };
 
 /// Subcutaneous fat: nearly incompressible, Young's modulus about 1 kPa.
 pub const FAT: Preset = Preset {
     name: "fat",
-    flesh: Flesh::new(130.0, 40.0, 1700.0),
-    peak_tension: 0.0,
-    optimal_stretch: 1.0,
+    model: "mooney_rivlin",
+    parameters: &[("A", "130"), ("B", "40"), ("K", "1700")],
     source: "order of magnitude of Comley and Fleck 2010 (A micromechanical model for the Young's \
              modulus of adipose tissue); K = 10 (A + B)",
 };
@@ -66,23 +68,33 @@ pub const FAT: Preset = Preset {
 /// Skin under small strains: nearly incompressible, Young's modulus about 6 kPa.
 pub const SKIN: Preset = Preset {
     name: "skin",
-    flesh: Flesh::new(750.0, 250.0, 1e4),
-    peak_tension: 0.0,
-    optimal_stretch: 1.0,
+    model: "mooney_rivlin",
+    parameters: &[("A", "750"), ("B", "250"), ("K", "10000")],
     source: "order of magnitude of Pailler-Mattei, Bec and Zahouani 2008 (in vivo indentation); \
              K = 10 (A + B)",
 };
 
 /// All of them.
-pub const PRESETS: [Preset; 5] = [MUSCLE, PASSIVE_FLESH, SOFT_MUSCLE, FAT, SKIN];
+pub const PRESETS: [Preset; 6] = [
+    SOFT_TISSUE,
+    SOFT_MOONEY_RIVLIN,
+    PHYSBAM_FACE,
+    SOFT_MUSCLE,
+    FAT,
+    SKIN,
+];
 
-/// The same A and B with K = `ratio` (A + B): 5 gives Poisson's ratio 0.32 at rest, 16 gives 0.44.
-pub const fn nearly_incompressible(preset: Preset, ratio: f64) -> Preset {
-    let deviatoric = preset.flesh.0;
-    let (A, B) = (deviatoric.A, deviatoric.B);
-    Preset {
-        flesh: Flesh::new(A, B, ratio * (A + B)),
-        ..preset
+impl Preset {
+    /// The parameters for the registry.
+    pub fn parameters(&self) -> Parameters {
+        self.parameters.iter().copied().collect()
+    }
+    /// Builds the model and hands it to `user`.
+    ///
+    /// # Errors
+    /// None for the presets of this crate.
+    pub fn with<U: UseSolid>(&self, user: U) -> Result<U::Output, ModelError> {
+        with_solid(self.model, &self.parameters(), user)
     }
 }
 
@@ -91,39 +103,44 @@ pub fn preset(name: &str) -> Option<Preset> {
     PRESETS.into_iter().find(|p| p.name == name)
 }
 
-/// The fiber law that all presets are meant for: PhysBAM's curves and plain stretch.
-pub fn default_fiber_law() -> FiberLaw<PhysBam> {
-    FiberLaw {
-        curve: PhysBam::default(),
-        stretch: Stretch::Total,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Lame, Space};
+    use crate::registry::at_rest;
+    use crate::{Lame, Material, Space};
 
-    fn at_rest(preset: Preset) -> Lame {
-        let (shear, volume) = (preset.flesh.0, preset.flesh.1);
-        let sum = shear.A + shear.B;
-        Lame {
-            mu: 2.0 * sum,
-            lambda: volume.K - 4.0 / 3.0 * sum,
+    struct AtRest;
+    impl UseSolid for AtRest {
+        type Output = Lame;
+        fn call<M: Material<3> + 'static>(self, model: M) -> Lame {
+            at_rest(&model)
         }
     }
+    fn rest(preset: Preset) -> Lame {
+        preset.with(AtRest).expect("a model with these parameters")
+    }
 
     #[test]
-    fn poisson_ratios_are_as_documented() {
-        let nu = |p| at_rest(p).poisson(Space::Solid);
-        assert!((nu(MUSCLE) + 0.206).abs() < 1e-2, "{}", nu(MUSCLE));
-        assert!((nu(nearly_incompressible(MUSCLE, 5.0)) - 0.3235).abs() < 1e-3);
-        assert!((nu(nearly_incompressible(MUSCLE, 16.0)) - 0.44).abs() < 1e-3);
+    fn every_preset_is_a_stable_solid() {
+        for preset in PRESETS {
+            let Lame { mu, lambda } = rest(preset);
+            assert!(Lame::new(mu, lambda, Space::Solid).is_ok(), "{preset:?}");
+            assert!(!preset.source.is_empty());
+        }
     }
     #[test]
-    fn young_moduli_are_as_documented() {
-        assert!((at_rest(FAT).young(Space::Solid) - 970.0).abs() < 30.0);
-        assert!((at_rest(SKIN).young(Space::Solid) - 5700.0).abs() < 300.0);
+    fn elastic_constants_are_as_documented() {
+        let poisson = |p| rest(p).poisson(Space::Solid);
+        assert!((poisson(PHYSBAM_FACE) + 0.206).abs() < 1e-2);
+        assert!((poisson(SOFT_TISSUE) - 0.47).abs() < 1e-12);
+        assert!((rest(FAT).young(Space::Solid) - 970.0).abs() < 30.0);
+        assert!((rest(SKIN).young(Space::Solid) - 5700.0).abs() < 300.0);
+    }
+    #[test]
+    fn the_two_soft_presets_are_equally_stiff() {
+        let (one, other) = (rest(SOFT_TISSUE), rest(SOFT_MOONEY_RIVLIN));
+        assert!((other.mu / one.mu - 1.0).abs() < 2e-3);
+        assert!((other.lambda / one.lambda - 1.0).abs() < 2e-3);
     }
     #[test]
     fn names_are_found() {

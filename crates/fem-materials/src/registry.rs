@@ -1,9 +1,12 @@
 //! Models by name: what a program needs to build a material from a table or a scene file.
+//!
+//! [`with_solid`] builds any model of solids and hands it, with its own type, to a [`UseSolid`].
 
-use crate::Material;
+use crate::models::register_all;
+use crate::{Lame, LameError, Material, Space};
+use fem_kinematics::Mat;
 use std::collections::BTreeMap;
-
-pub use crate::models::for_each_model;
+use std::fmt;
 
 /// One parameter of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +19,8 @@ pub struct Parameter {
     pub default: &'static str,
     /// What it means.
     pub about: &'static str,
+    /// Other names that tables and scene files may use.
+    pub aliases: &'static [&'static str],
 }
 
 impl Parameter {
@@ -26,6 +31,7 @@ impl Parameter {
             unit: "Pa",
             default,
             about,
+            aliases: &[],
         }
     }
     /// A parameter without unit: a ratio, a direction, a name.
@@ -35,41 +41,97 @@ impl Parameter {
             unit: "",
             default,
             about,
+            aliases: &[],
         }
     }
+    /// The same with other names that mean it too.
+    pub const fn also(self, aliases: &'static [&'static str]) -> Self {
+        Self { aliases, ..self }
+    }
+    fn is(&self, name: &str) -> bool {
+        self.name == name || self.aliases.contains(&name)
+    }
 }
+
+/// A model's own parameters, by name, from constants at rest; see [`Entry::elastic`].
+pub type FromLame = fn(Lame) -> Vec<(&'static str, f64)>;
 
 /// How to make a model of type `M`.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry<M> {
     /// The model's name in tables and scene files.
     pub name: &'static str,
+    /// Other names that tables and scene files may use.
+    pub aliases: &'static [&'static str],
     /// One line: what it is for.
     pub about: &'static str,
     /// All its parameters.
     pub parameters: &'static [Parameter],
+    /// The parameters that give the model, less its fibers and damage, these constants at rest;
+    /// `None` for a model that they do not determine. With it, [`Entry::build`] takes a pair of
+    /// [`ELASTIC_PAIRS`] in their stead.
+    pub elastic: Option<FromLame>,
     /// Builds it from parameters whose names are known to be right; see [`Entry::build`].
     pub from_parameters: fn(&Parameters) -> Result<M, ParameterError>,
 }
 
+/// The pairs of elastic constants that a model with [`Entry::elastic`] takes.
+///
+/// Where the model's own parameters have these names, they are the model's own. A model in the
+/// plane is the plane-strain slice of a solid with these constants ([`Space::Solid`]).
+pub const ELASTIC_PAIRS: [[Parameter; 2]; 3] = [
+    [
+        Parameter::pascals("young", "3e4", "Young's modulus"),
+        Parameter::plain("poisson", "0.47", "Poisson's ratio"),
+    ],
+    [
+        Parameter::pascals("lambda", "4e5", "first Lamé parameter"),
+        Parameter::pascals("mu", "1e5", "shear modulus"),
+    ],
+    [
+        Parameter::pascals("bulk", "5e5", "bulk modulus"),
+        Parameter::pascals("shear", "1e5", "shear modulus"),
+    ],
+];
+
+/// [`Entry::elastic`] of a model whose `mu` and `lambda` are Lamé's.
+pub(crate) fn lame_itself(lame: Lame) -> Vec<(&'static str, f64)> {
+    vec![("mu", lame.mu), ("lambda", lame.lambda)]
+}
+/// [`Entry::elastic`] of a model whose `lambda` is Lamé's plus μ.
+pub(crate) fn mu_and_lambda_plus_mu(lame: Lame) -> Vec<(&'static str, f64)> {
+    vec![("mu", lame.mu), ("lambda", lame.lambda + lame.mu)]
+}
+
 impl<M> Entry<M> {
-    /// The model with the given parameters.
+    /// Is this one of the model's names?
+    pub fn is(&self, name: &str) -> bool {
+        self.name == name || self.aliases.contains(&name)
+    }
+    /// The model with the given parameters, its own or a pair of [`ELASTIC_PAIRS`] for some.
     ///
     /// # Errors
     /// A parameter that the model does not have, one that is missing, one that is no number or
     /// lies outside its range.
     pub fn build(&self, parameters: &Parameters) -> Result<M, ParameterError> {
-        for name in parameters.0.keys() {
-            if !self.parameters.iter().any(|p| p.name == name) {
-                let known: Vec<_> = self.parameters.iter().map(|p| p.name).collect();
+        let elastic = self.without_elastic_pair(parameters)?;
+        let parameters = elastic.as_ref().unwrap_or(parameters);
+        let mut own = Parameters::default();
+        for (name, text) in &parameters.0 {
+            let Some(parameter) = self.parameters.iter().find(|p| p.is(name)) else {
                 return Err(ParameterError::Unknown {
                     model: self.name,
                     name: name.clone(),
-                    known: known.join(", "),
+                    known: self.known(),
+                });
+            };
+            if own.0.insert(parameter.name.into(), text.clone()).is_some() {
+                return Err(ParameterError::Twice {
+                    name: parameter.name,
                 });
             }
         }
-        (self.from_parameters)(parameters)
+        (self.from_parameters)(&own)
     }
     /// The default value of every parameter.
     pub fn defaults(&self) -> Parameters {
@@ -78,6 +140,215 @@ impl<M> Entry<M> {
             .map(|p| (p.name, p.default))
             .collect()
     }
+    /// The parameters with their units, for people: "c1 in Pa, c2 in Pa".
+    pub fn known(&self) -> String {
+        let with_unit = |p: &Parameter| match p.unit {
+            "" => p.name.to_owned(),
+            unit => format!("{} in {unit}", p.name),
+        };
+        let own: Vec<_> = self.parameters.iter().map(with_unit).collect();
+        let Some(elastic) = self.elastic else {
+            return own.join(", ");
+        };
+        let replaced = elastic(Lame {
+            mu: 1.0,
+            lambda: 1.0,
+        });
+        let replaced: Vec<_> = replaced.iter().map(|(name, _)| *name).collect();
+        let pairs: Vec<_> = self
+            .elastic_pairs()
+            .map(|[a, b]| format!("{} and {}", with_unit(a), with_unit(b)))
+            .collect();
+        let (own, replaced, pairs) = (own.join(", "), replaced.join(", "), pairs.join(" or "));
+        format!("{own} (for {replaced} also {pairs})")
+    }
+
+    /// The pairs that cannot be mistaken for parameters of the model's own.
+    fn elastic_pairs(&self) -> impl Iterator<Item = &'static [Parameter; 2]> {
+        let own = |p: &Parameter| self.parameters.iter().any(|q| q.is(p.name));
+        ELASTIC_PAIRS
+            .iter()
+            .filter(move |[a, b]| self.elastic.is_some() && !(own(a) && own(b)))
+    }
+
+    /// The model's own parameters where `given` has an elastic pair.
+    fn without_elastic_pair(
+        &self,
+        given: &Parameters,
+    ) -> Result<Option<Parameters>, ParameterError> {
+        let both = |[a, b]: &&[Parameter; 2]| [a, b].iter().all(|p| given.0.contains_key(p.name));
+        let pairs = || self.elastic_pairs().find(both);
+        let (Some(elastic), Some([a, b])) = (self.elastic, pairs()) else {
+            return Ok(None);
+        };
+        let (first, second) = (given.number(a.name)?, given.number(b.name)?);
+        let lame = match a.name {
+            "young" => Lame::from_young_poisson(first, second, Space::Solid),
+            "lambda" => Lame::new(second, first, Space::Solid),
+            _ => Lame::from_bulk_shear(first, second, Space::Solid),
+        };
+        let lame = lame.map_err(|error| {
+            ParameterError::Elastic(LameError {
+                first_name: a.name,
+                first,
+                second_name: b.name,
+                second,
+                ..error
+            })
+        })?;
+        let mut own = given.clone();
+        own.0.remove(a.name);
+        own.0.remove(b.name);
+        for (name, value) in elastic(lame) {
+            if own.0.insert(name.into(), value.to_string()).is_some() {
+                return Err(ParameterError::Twice { name });
+            }
+        }
+        Ok(Some(own))
+    }
+}
+
+/// What the `register` function of a model's file calls.
+pub trait Register {
+    /// The recipe of a model of solids.
+    fn solid<M: Material<3> + 'static>(&mut self, entry: &Entry<M>);
+    /// The recipe of a model in the plane.
+    fn plane<M: Material<2> + 'static>(&mut self, entry: &Entry<M>);
+}
+
+/// Shows every model of this crate to `visitor`, file by file in alphabetical order.
+pub fn for_each_model(visitor: &mut impl ModelVisitor) {
+    struct Every<'a, V>(&'a mut V);
+    impl<V: ModelVisitor> Register for Every<'_, V> {
+        fn solid<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
+            self.0.visit::<M, 3>(entry);
+        }
+        fn plane<M: Material<2> + 'static>(&mut self, entry: &Entry<M>) {
+            self.0.visit::<M, 2>(entry);
+        }
+    }
+    register_all(&mut Every(visitor));
+}
+
+/// Shows every model of solids to `visitor`.
+pub fn for_each_solid(visitor: &mut impl SolidVisitor) {
+    struct Solids<'a, V>(&'a mut V);
+    impl<V: SolidVisitor> Register for Solids<'_, V> {
+        fn solid<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
+            self.0.visit(entry);
+        }
+        fn plane<M: Material<2> + 'static>(&mut self, _: &Entry<M>) {}
+    }
+    register_all(&mut Solids(visitor));
+}
+
+/// What [`for_each_solid`] calls, once for each model.
+pub trait SolidVisitor {
+    /// Called with the recipe of one model.
+    fn visit<M: Material<3> + 'static>(&mut self, entry: &Entry<M>);
+}
+
+/// What to do with a model that [`with_solid`] has built.
+pub trait UseSolid {
+    /// What comes of it.
+    type Output;
+    /// Called with the model.
+    fn call<M: Material<3> + 'static>(self, model: M) -> Self::Output;
+}
+
+/// Builds the model of solids that has this name or alias and hands it to `user`.
+///
+/// # Errors
+/// If no model has the name, or its parameters don't fit.
+pub fn with_solid<U: UseSolid>(
+    name: &str,
+    parameters: &Parameters,
+    user: U,
+) -> Result<U::Output, ModelError> {
+    struct Finder<'a, U: UseSolid> {
+        name: &'a str,
+        parameters: &'a Parameters,
+        user: Option<U>,
+        found: Option<Result<U::Output, ModelError>>,
+    }
+    impl<U: UseSolid> SolidVisitor for Finder<'_, U> {
+        fn visit<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
+            if !entry.is(self.name) {
+                return;
+            }
+            let Some(user) = self.user.take() else {
+                return;
+            };
+            self.found = Some(match entry.build(self.parameters) {
+                Ok(model) => Ok(user.call(model)),
+                Err(source) => Err(ModelError::Parameters {
+                    model: entry.name,
+                    known: entry.known(),
+                    source,
+                }),
+            });
+        }
+    }
+    let mut finder = Finder {
+        name,
+        parameters,
+        user: Some(user),
+        found: None,
+    };
+    for_each_solid(&mut finder);
+    finder.found.unwrap_or_else(|| {
+        Err(ModelError::Unknown {
+            name: name.to_owned(),
+            known: solid_names(),
+        })
+    })
+}
+
+/// The names of all models of solids, without their aliases.
+pub fn solid_names() -> Vec<&'static str> {
+    struct Names(Vec<&'static str>);
+    impl SolidVisitor for Names {
+        fn visit<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
+            self.0.push(entry.name);
+        }
+    }
+    let mut names = Names(Vec::new());
+    for_each_solid(&mut names);
+    names.0
+}
+
+/// Lamé's parameters of a solid at rest, from its dP/dF at F = I in the plane (x, y); of an
+/// anisotropic model those of this plane alone.
+pub fn at_rest<M: Material<3>>(model: &M) -> Lame {
+    let derivative = model.stress_derivative::<f64>(&Mat::identity());
+    let stress = |i, j| derivative.apply(&Mat::unit(i, j));
+    Lame {
+        mu: 0.5 * (stress(0, 1)[(0, 1)] + stress(0, 1)[(1, 0)]),
+        lambda: stress(1, 1)[(0, 0)],
+    }
+}
+
+/// Why no model was made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// Nothing has this name.
+    #[error("there is no model `{name}`; there are {}", known.join(", "))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names that exist.
+        known: Vec<&'static str>,
+    },
+    /// The parameters do not fit.
+    #[error("model `{model}`: {source}; it takes {known}")]
+    Parameters {
+        /// The model.
+        model: &'static str,
+        /// Its parameters with their units.
+        known: String,
+        /// What is wrong.
+        source: ParameterError,
+    },
 }
 
 /// What [`for_each_model`] calls, once for each model and dimension.
@@ -100,6 +371,16 @@ pub trait ModelVisitor {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>);
 }
 
+impl fmt::Display for Parameters {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, (name, text)) in self.0.iter().enumerate() {
+            let comma = if k == 0 { "" } else { ", " };
+            write!(f, "{comma}{name} = {text}")?;
+        }
+        Ok(())
+    }
+}
+
 /// Parameters by name, each as the text that a table or a scene file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameters(BTreeMap<String, String>);
@@ -116,6 +397,10 @@ impl<K: Into<String>, V: Into<String>> FromIterator<(K, V)> for Parameters {
 }
 
 impl Parameters {
+    /// All of them, by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.0.iter().map(|(k, v)| (k.as_str(), v.as_str()))
+    }
     /// The text of a parameter.
     ///
     /// # Errors
@@ -240,15 +525,24 @@ pub enum ParameterError {
         name: &'static str,
     },
     /// A name that the model does not have.
-    #[error("model `{model}` has no parameter `{name}`; it has {known}")]
+    #[error("model `{model}` has no parameter `{name}`")]
     Unknown {
         /// The model.
         model: &'static str,
         /// The name that was given.
         name: String,
-        /// The names that exist.
+        /// The names that exist, with their units.
         known: String,
     },
+    /// A parameter that is given under two names, or by itself and by an elastic pair.
+    #[error("parameter `{name}` is given twice")]
+    Twice {
+        /// The parameter.
+        name: &'static str,
+    },
+    /// A pair of elastic constants that no stable material has.
+    #[error(transparent)]
+    Elastic(LameError),
     /// Text that is no finite number.
     #[error("parameter `{name}` is `{text}`, which is no finite number")]
     NotANumber {

@@ -4,7 +4,7 @@ use super::linear::LAME;
 use crate::isotropic::{ByStretches, StretchEnergy, positive_sum};
 use crate::lame::Lame;
 use crate::near_rest::RestMeasures;
-use crate::registry::{Entry, ModelVisitor, Parameter, ParameterError, Parameters};
+use crate::registry::{Entry,  Parameter, ParameterError, Parameters, Register, lame_itself};
 use fem_kinematics::{Mat, Polar, Real, Svd};
 
 /// ψ = μ |S − I|² + λ/2 tr(S − I)² (document 002): linear elasticity in a frame that turns along.
@@ -61,25 +61,31 @@ impl From<Lame> for FixedCorotated {
 
 const ARAP: [Parameter; 1] = [LAME[0]];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+pub(crate) fn register(visitor: &mut impl Register) {
     let corotated = Entry {
         name: "corotated",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "large rotations, nearly linear response",
         parameters: &LAME,
         from_parameters: |p| Ok(ByStretches(CorotatedLinear::from(lame(p)?))),
     };
-    visitor.visit::<_, 2>(&corotated);
-    visitor.visit::<_, 3>(&corotated);
+    visitor.plane(&corotated);
+    visitor.solid(&corotated);
     let fixed = Entry {
         name: "fixed_corotated",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "large rotations and compression; usual in the material point method",
         parameters: &LAME,
         from_parameters: |p| Ok(ByStretches(FixedCorotated::from(lame(p)?))),
     };
-    visitor.visit::<_, 2>(&fixed);
-    visitor.visit::<_, 3>(&fixed);
+    visitor.plane(&fixed);
+    visitor.solid(&fixed);
     let arap = Entry {
         name: "arap",
+        aliases: &[],
+        elastic: None,
         about: "shape deformation: as rigid as possible",
         parameters: &ARAP,
         from_parameters: |p| {
@@ -88,8 +94,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             }))
         },
     };
-    visitor.visit::<_, 2>(&arap);
-    visitor.visit::<_, 3>(&arap);
+    visitor.plane(&arap);
+    visitor.solid(&arap);
 }
 
 /// R of F = R S, and F − R = R (S − I), of which |F − R|² = |S − I|² and R : (F − R) = tr(S − I).

@@ -5,7 +5,7 @@ use crate::curves::{BuiltinCurve, TensionCurve};
 use crate::fiber::{FiberLaw, FiberTerm, Stretch};
 use fem_kinematics::HessianProjection;
 use crate::material::{Evaluation, Material};
-use crate::registry::{Entry, ModelVisitor, Parameter, ParameterError, Parameters};
+use crate::registry::{Entry,  Parameter, ParameterError, Parameters, Register};
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = σ_max (α F_a(l) + F_p(l)), l = λ/λ_ofl: a muscle's fibers without the flesh around them.
@@ -74,15 +74,19 @@ pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, Para
     })
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
-        name: "fiber_dev",
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
+        name: "fiber_isochoric",
+        aliases: &["fiber_dev"],
+        elastic: None,
         about: "muscle fibers alone, deviatoric stretch (document 000, 4.2)",
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Isochoric),
     });
-    visitor.visit::<_, 3>(&Entry {
-        name: "fiber_tilde",
+    visitor.solid(&Entry {
+        name: "fiber_total",
+        aliases: &["fiber_tilde"],
+        elastic: None,
         about: "muscle fibers alone, plain stretch (what PhysBAM runs)",
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Total),

@@ -1,7 +1,8 @@
 //! Gent's rubber elasticity (1996): chains that cannot be stretched for ever.
 
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::lame::Space;
+use crate::registry::{Entry,  Parameter, Register};
 use fem_kinematics::Real;
 
 /// W = −μ J_m/2 ln(1 − i/J_m) with i = J^(−2/3) tr C − 3; +∞ for i ≥ J_m.
@@ -19,9 +20,13 @@ const PARAMETERS: [Parameter; 3] = [
     Parameter::pascals("K", "2e6", "bulk modulus"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "gent",
+        aliases: &[],
+        elastic: Some(|lame| {
+            vec![("mu", lame.mu), ("K", lame.bulk(Space::Solid))]
+        }),
         about: "rubber and vessels with a limit of stretch",
         parameters: &PARAMETERS,
         from_parameters: |p| {

@@ -3,7 +3,8 @@
 use fem_kinematics::HessianProjection;
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
 use crate::material::Material;
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::lame::Space;
+use crate::registry::{Entry,  Parameter, Register};
 use fem_kinematics::{Mat, Real, Tensor4, dot};
 
 /// ψ = c/2 (J^(−2/3) tr C − 3) + K/2 (ln J)² + Σ k₁/(2k₂) (exp(k₂ e²) − 1), e = max(|F a|² − 1, 0).
@@ -56,9 +57,13 @@ const PARAMETERS: [Parameter; 6] = [
     ),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "hgo",
+        aliases: &[],
+        elastic: Some(|lame| {
+            vec![("c", lame.mu), ("K", lame.bulk(Space::Solid))]
+        }),
         about: "arteries and skin: two families of fibers that stiffen",
         parameters: &PARAMETERS,
         from_parameters: |p| {

@@ -2,7 +2,7 @@
 
 use crate::isotropic::{ByInvariants, Domain, InvariantEnergy};
 use crate::near_rest::inverse_cube_root;
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register};
 use fem_kinematics::Real;
 
 /// ψ = μ₀₁/2 ((I² − II) III^(−2/3) − 6) + μ₁₀ (I III^(−1/3) − 3) + v₁ (√III − 1)².
@@ -25,9 +25,11 @@ const PARAMETERS: [Parameter; 3] = [
     Parameter::pascals("v1", "3e4", "half the bulk modulus"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "inv_mooney_rivlin",
+        aliases: &[],
+        elastic: None,
         about: "Mooney-Rivlin elasticity by the invariants of document 004",
         parameters: &PARAMETERS,
         from_parameters: |p| {

@@ -2,7 +2,7 @@
 
 use super::linear::LAME;
 use crate::isotropic::{ByInvariants, Domain, InvariantEnergy};
-use crate::registry::{Entry, ModelVisitor};
+use crate::registry::{Entry, Register, lame_itself};
 use fem_kinematics::Real;
 
 /// ψ = μ/2 (I − 3) − μ ln √III + λ/2 (ln √III)², the energy of [`NeoHookean`](super::NeoHookean)
@@ -15,9 +15,11 @@ pub struct InvNeoHookean {
     pub lambda: f64,
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "inv_neo_hookean",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "neo-Hookean elasticity by the invariants of document 004",
         parameters: &LAME,
         from_parameters: |p| {

@@ -2,7 +2,7 @@
 
 use super::linear::LAME;
 use crate::isotropic::{ByInvariants, Domain, InvariantEnergy};
-use crate::registry::{Entry, ModelVisitor};
+use crate::registry::{Entry, Register, lame_itself};
 use fem_kinematics::Real;
 
 /// ψ = λ/8 (I − 3)² + μ/4 (II − 2I + 3), the energy of
@@ -15,9 +15,11 @@ pub struct InvStVenantKirchhoff {
     pub lambda: f64,
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "inv_stvk",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "St. Venant-Kirchhoff elasticity by the invariants of document 004",
         parameters: &LAME,
         from_parameters: |p| {

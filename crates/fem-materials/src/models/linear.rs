@@ -2,7 +2,7 @@
 
 use crate::lame::Lame;
 use crate::material::{Material, Symmetry};
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register, lame_itself};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -30,9 +30,11 @@ pub(crate) const LAME: [Parameter; 2] = [
     Parameter::pascals("lambda", "4e5", "first Lamé parameter"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+pub(crate) fn register(visitor: &mut impl Register) {
     let entry = Entry {
         name: "linear",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "small displacements; one factorization solves every load",
         parameters: &LAME,
         from_parameters: |p| {
@@ -42,8 +44,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             })
         },
     };
-    visitor.visit::<_, 2>(&entry);
-    visitor.visit::<_, 3>(&entry);
+    visitor.plane(&entry);
+    visitor.solid(&entry);
 }
 
 impl Linear {

@@ -2,7 +2,7 @@
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{infinite_unless_positive, inverse_cube_root};
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -24,9 +24,11 @@ const PARAMETERS: [Parameter; 2] = [
     Parameter::pascals("B", "2e4", "coefficient of I2"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "mooney_rivlin_dev",
+        aliases: &[],
+        elastic: None,
         about: "passive flesh of document 000, to be added to a volume term",
         parameters: &PARAMETERS,
         from_parameters: |p| {

@@ -3,7 +3,7 @@
 use super::fiber::{Fiber, PARAMETERS as FIBER, fiber_from};
 use super::{MooneyRivlin, VolumetricLog};
 use crate::fiber::Stretch;
-use crate::registry::{Entry, ModelVisitor, Parameter, ParameterError, Parameters};
+use crate::registry::{Entry,  Parameter, ParameterError, Parameters, Register};
 use crate::sum::Sum;
 
 /// Passive flesh: A I₁ + B I₂ + K/2 (ln J)².
@@ -33,20 +33,50 @@ const PARAMETERS: [Parameter; 11] = [
     FIBER[7],
 ];
 
+const FLESH: [Parameter; 3] = [
+    PARAMETERS[0].also(&["a"]),
+    PARAMETERS[1].also(&["b"]),
+    PARAMETERS[2].also(&["bulk"]),
+];
+
+fn flesh_from(p: &Parameters) -> Result<Flesh, ParameterError> {
+    let (A, B) = (p.non_negative("A")?, p.non_negative("B")?);
+    if A + B == 0.0 {
+        return Err(ParameterError::OutOfRange {
+            name: "A",
+            value: A,
+            range: "greater than 0 where B is 0",
+        });
+    }
+    Ok(Flesh::new(A, B, p.positive("K")?))
+}
+
 fn muscle_from(p: &Parameters, stretch: Stretch) -> Result<Muscle, ParameterError> {
     let flesh = Flesh::new(p.number("A")?, p.number("B")?, p.non_negative("K")?);
     Ok(Sum(flesh, fiber_from(p, stretch)?))
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
-        name: "muscle_dev",
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
+        name: "mooney_rivlin",
+        aliases: &[],
+        elastic: None,
+        about: "passive flesh of document 000 with its volume term",
+        parameters: &FLESH,
+        from_parameters: flesh_from,
+    });
+    visitor.solid(&Entry {
+        name: "muscle_isochoric",
+        aliases: &["muscle_dev"],
+        elastic: None,
         about: "muscle of document 000, deviatoric fiber stretch",
         parameters: &PARAMETERS,
         from_parameters: |p| muscle_from(p, Stretch::Isochoric),
     });
-    visitor.visit::<_, 3>(&Entry {
-        name: "muscle_tilde",
+    visitor.solid(&Entry {
+        name: "muscle_total",
+        aliases: &["muscle_tilde"],
+        elastic: None,
         about: "muscle of document 000 as PhysBAM runs it, plain fiber stretch",
         parameters: &PARAMETERS,
         from_parameters: |p| muscle_from(p, Stretch::Total),

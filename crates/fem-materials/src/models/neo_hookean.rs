@@ -2,7 +2,7 @@
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{RestMeasures, infinite_unless_positive};
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register, lame_itself};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -23,9 +23,11 @@ const PARAMETERS: [Parameter; 2] = [
     Parameter::pascals("lambda", "4e5", "first Lamé parameter"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+pub(crate) fn register(visitor: &mut impl Register) {
     let entry = Entry {
         name: "neo_hookean",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "soft tissue and rubber; the logarithm keeps elements from inverting",
         parameters: &PARAMETERS,
         from_parameters: |p| {
@@ -35,8 +37,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             })
         },
     };
-    visitor.visit::<_, 2>(&entry);
-    visitor.visit::<_, 3>(&entry);
+    visitor.plane(&entry);
+    visitor.solid(&entry);
 }
 
 impl<const D: usize> Material<D> for NeoHookean {

@@ -2,7 +2,7 @@
 
 use crate::isotropic::{ByStretches, StretchEnergy};
 use crate::near_rest::infinite_unless_positive;
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register};
 use fem_kinematics::{Mat, Real};
 
 /// ψ = Σ_p μ_p/α_p (Σᵢ σ̄ᵢ^{α_p} − 3) + K/2 (ln J)², σ̄ = J^(−1/3) σ; finite only for J > 0.
@@ -32,9 +32,11 @@ const PARAMETERS: [Parameter; 3] = [
     Parameter::pascals("K", "5e6", "bulk modulus"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "ogden",
+        aliases: &[],
+        elastic: None,
         about: "rubber and tissue at large stretch, fitted by exponents",
         parameters: &PARAMETERS,
         from_parameters: |p| {

@@ -3,7 +3,7 @@
 use fem_kinematics::HessianProjection;
 use crate::material::Material;
 use crate::qr::QrTerm;
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register, mu_and_lambda_plus_mu};
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = μ/2 (Σ rᵢⱼ² − D) − μ (J − 1) + λ/2 (J − 1)² + k_x/2 (r₁₁ − 1)²
@@ -68,17 +68,21 @@ fn whole_from(
     })
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+pub(crate) fn register(visitor: &mut impl Register) {
     let whole = Entry {
         name: "qr_aniso",
+        aliases: &["qr"],
+        elastic: Some(mu_and_lambda_plus_mu),
         about: "woven or fibrous matter with fibers along the axes of the rest shape",
         parameters: WHOLE,
         from_parameters: whole_from,
     };
-    visitor.visit::<_, 2>(&whole);
-    visitor.visit::<_, 3>(&whole);
+    visitor.plane(&whole);
+    visitor.solid(&whole);
     let damaged = Entry {
         name: "qr_damage",
+        aliases: &[],
+        elastic: Some(mu_and_lambda_plus_mu),
         about: "the same, partly broken",
         parameters: &PARAMETERS,
         from_parameters: |p| {
@@ -90,8 +94,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             })
         },
     };
-    visitor.visit::<_, 2>(&damaged);
-    visitor.visit::<_, 3>(&damaged);
+    visitor.plane(&damaged);
+    visitor.solid(&damaged);
 }
 
 impl QrAnisotropic {

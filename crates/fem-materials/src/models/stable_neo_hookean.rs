@@ -3,7 +3,7 @@
 use crate::lame::Lame;
 use crate::material::{Material, Symmetry};
 use crate::near_rest::RestMeasures;
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register, mu_and_lambda_plus_mu};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -57,9 +57,14 @@ impl StableNeoHookeanNoLog {
     }
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
-        name: "snh",
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
+        name: "stable_neo_hookean",
+        aliases: &["snh"],
+        elastic: Some(|lame| {
+            let model = StableNeoHookean::from_lame(lame);
+            vec![("mu", model.mu), ("lambda", model.lambda)]
+        }),
         about: "flesh that survives collapse and inversion",
         parameters: &PARAMETERS,
         from_parameters: |p| {
@@ -70,7 +75,9 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
         },
     });
     let entry = Entry {
-        name: "snh_nolog",
+        name: "stable_neo_hookean_nolog",
+        aliases: &["snh_nolog"],
+        elastic: Some(mu_and_lambda_plus_mu),
         about: "flesh that survives inversion, without logarithm",
         parameters: &PARAMETERS,
         from_parameters: |p| {
@@ -80,8 +87,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             })
         },
     };
-    visitor.visit::<_, 2>(&entry);
-    visitor.visit::<_, 3>(&entry);
+    visitor.plane(&entry);
+    visitor.solid(&entry);
 }
 
 impl Material<3> for StableNeoHookean {

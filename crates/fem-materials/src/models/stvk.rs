@@ -4,7 +4,7 @@ use super::linear::LAME;
 use crate::lame::Lame;
 use crate::material::{Material, Symmetry};
 use crate::near_rest::green_strain;
-use crate::registry::{Entry, ModelVisitor};
+use crate::registry::{Entry, Register, lame_itself};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -26,9 +26,11 @@ impl From<Lame> for StVenantKirchhoff {
     }
 }
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+pub(crate) fn register(visitor: &mut impl Register) {
     let entry = Entry {
         name: "stvk",
+        aliases: &[],
+        elastic: Some(lame_itself),
         about: "large rotations with moderate strains",
         parameters: &LAME,
         from_parameters: |p| {
@@ -38,8 +40,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             })
         },
     };
-    visitor.visit::<_, 2>(&entry);
-    visitor.visit::<_, 3>(&entry);
+    visitor.plane(&entry);
+    visitor.solid(&entry);
 }
 
 impl StVenantKirchhoff {

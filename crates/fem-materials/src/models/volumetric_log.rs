@@ -2,7 +2,7 @@
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{RestMeasures, infinite_unless_positive};
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::registry::{Entry,  Parameter, Register};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
@@ -15,9 +15,11 @@ pub struct VolumetricLog {
 
 const PARAMETERS: [Parameter; 1] = [Parameter::pascals("K", "6e4", "bulk modulus")];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
+pub(crate) fn register(visitor: &mut impl Register) {
     let entry = Entry {
         name: "volumetric_log",
+        aliases: &[],
+        elastic: None,
         about: "volume term of document 000, to be added to a deviatoric model",
         parameters: &PARAMETERS,
         from_parameters: |p| {
@@ -26,8 +28,8 @@ pub(crate) fn register(visitor: &mut impl ModelVisitor) {
             })
         },
     };
-    visitor.visit::<_, 2>(&entry);
-    visitor.visit::<_, 3>(&entry);
+    visitor.plane(&entry);
+    visitor.solid(&entry);
 }
 
 impl<const D: usize> Material<D> for VolumetricLog {

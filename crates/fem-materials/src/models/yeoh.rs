@@ -1,7 +1,8 @@
 //! Yeoh's rubber elasticity (1993).
 
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
-use crate::registry::{Entry, ModelVisitor, Parameter};
+use crate::lame::Space;
+use crate::registry::{Entry,  Parameter, Register};
 use fem_kinematics::Real;
 
 /// W = c₁ i + c₂ i² + c₃ i³ with i = J^(−2/3) tr C − 3: filled rubber, which softens (c₂ < 0) and
@@ -19,9 +20,13 @@ const PARAMETERS: [Parameter; 4] = [
     Parameter::pascals("K", "2e6", "bulk modulus"),
 ];
 
-pub(crate) fn register(visitor: &mut impl ModelVisitor) {
-    visitor.visit::<_, 3>(&Entry {
+pub(crate) fn register(visitor: &mut impl Register) {
+    visitor.solid(&Entry {
         name: "yeoh",
+        aliases: &[],
+        elastic: Some(|lame| {
+            vec![("c1", 0.5 * lame.mu), ("K", lame.bulk(Space::Solid))]
+        }),
         about: "filled rubber from simple tests",
         parameters: &PARAMETERS,
         from_parameters: |p| {

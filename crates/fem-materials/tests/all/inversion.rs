@@ -145,7 +145,7 @@ struct With(&'static str, &'static str, &'static str, Vec<bool>);
 impl ModelVisitor for With {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
         let Self(model, parameter, value, built) = self;
-        if entry.name == *model {
+        if entry.is(model) {
             let own = entry.parameters.iter().map(|p| (p.name, p.default));
             let with =
                 own.map(|(name, text)| (name, if name == *parameter { *value } else { text }));

@@ -10,4 +10,5 @@ mod lame;
 mod near_rest;
 mod numbers;
 mod qr;
+mod registry;
 mod work;

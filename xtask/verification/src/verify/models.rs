@@ -76,11 +76,17 @@ struct Tables<'a> {
 impl ModelVisitor for Tables<'_> {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
         let name = format!("{}_{D}d", entry.name);
-        let path = self.folder.join(format!("{name}.json"));
-        if !path.is_file() {
+        // Some tables bear another name of the model.
+        let names = [entry.name]
+            .into_iter()
+            .chain(entry.aliases.iter().copied());
+        let mut files = names.map(|name| format!("{name}_{D}d"));
+        let is_there = |file: &String| self.folder.join(format!("{file}.json")).is_file();
+        let Some(file) = files.find(is_there) else {
             self.without.push(name);
             return;
-        }
+        };
+        let path = self.folder.join(format!("{file}.json"));
         let table: Table = match read_json(&path) {
             Ok(table) => table,
             Err(error) => {
@@ -104,7 +110,7 @@ impl ModelVisitor for Tables<'_> {
             |p| materials.get(p).copied().flatten().map(Outlined),
             self.report,
         );
-        self.seen.push(name);
+        self.seen.push(file);
     }
 }
 

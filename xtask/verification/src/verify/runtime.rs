@@ -95,7 +95,7 @@ struct Finder<'a, U> {
 
 impl<U: FnOnce(&dyn RuntimeMaterial)> ModelVisitor for Finder<'_, U> {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
-        if entry.name != self.name || D != self.dimension {
+        if !entry.is(self.name) || D != self.dimension {
             return;
         }
         self.result = match entry.build(&self.parameters) {

@@ -57,7 +57,10 @@ pub fn a0(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let mesh = scene.mesh.build()?;
     for case in &scene.cases {
         let builder = AssemblyBuilder::new(&mesh, Dofs::all_free(mesh.nodes())?)?;
-        let assembly = case.material.add_to(builder)?.build()?;
+        let assembly = case
+            .material
+            .add_to(builder, mesh.num_elements())?
+            .build()?;
         let x = &scene.states[&case.state];
         let mut record = Record {
             report,
@@ -108,7 +111,10 @@ pub fn a1(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     for case in &scene.cases {
         let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.boundary)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
-        let assembly = case.material.add_to(builder)?.build()?;
+        let assembly = case
+            .material
+            .add_to(builder, mesh.num_elements())?
+            .build()?;
         let problem = Quasistatic::new(&assembly, scene.start.clone(), vec![])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {
@@ -207,7 +213,7 @@ pub fn a2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
         }
         let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
         let builder = AssemblyBuilder::new(&bar.mesh, dofs)?;
-        let assembly = material.add_to(builder)?.build()?;
+        let assembly = material.add_to(builder, bar.mesh.num_elements())?.build()?;
         let problem = Quasistatic::new(&assembly, bar.start, vec![])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {

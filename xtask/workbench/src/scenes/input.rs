@@ -3,11 +3,7 @@
 use fem_assembly::mesh::SimplexMesh;
 use fem_assembly::{AssemblyBuilder, AssemblyError};
 use fem_materials::curves::{Blemker, BuiltinCurve, PhysBam};
-use fem_materials::isotropic::ByStretches;
-use fem_materials::{
-    CorotatedLinear, FiberLaw, Flesh, NeoHookean, QrAnisotropic, StVenantKirchhoff,
-    StableNeoHookean, Stretch,
-};
+use fem_materials::{FiberLaw, Stretch};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -37,14 +33,9 @@ pub enum SceneError {
         /// The name.
         name: String,
     },
-    /// A parameter that the material needs.
-    #[error("the material `{material}` needs the parameter `{parameter}`")]
-    Missing {
-        /// The material.
-        material: String,
-        /// The parameter.
-        parameter: &'static str,
-    },
+    /// No model of the registry has this name, or its parameters do not fit.
+    #[error(transparent)]
+    Model(#[from] fem_materials::registry::ModelError),
 }
 
 /// Nodes and tets.
@@ -70,7 +61,7 @@ impl Mesh {
 /// A material by name with its numbers.
 #[derive(Clone, Debug, Deserialize)]
 pub struct NamedMaterial {
-    /// The scene files' name.
+    /// A name of the registry.
     pub material: String,
     /// Its numbers.
     pub parameters: BTreeMap<String, f64>,
@@ -79,46 +70,28 @@ pub struct NamedMaterial {
 impl NamedMaterial {
     /// A I₁ + B I₂ + K/2 ln²J.
     pub fn flesh(parameters: &BTreeMap<String, f64>) -> Self {
+        let flesh = parameters
+            .iter()
+            .filter(|(name, _)| ["A", "B", "K"].contains(&name.as_str()));
         Self {
             material: "mooney_rivlin".to_owned(),
-            parameters: parameters.clone(),
+            parameters: flesh.map(|(name, &x)| (name.clone(), x)).collect(),
         }
     }
 
-    fn get(&self, parameter: &'static str) -> Result<f64, SceneError> {
-        let found = self.parameters.get(parameter).copied();
-        found.ok_or_else(|| SceneError::Missing {
-            material: self.material.clone(),
-            parameter,
-        })
-    }
-
-    /// Gives it to the whole mesh.
+    /// Gives it to the whole mesh of the builder, which has this many elements.
     ///
     /// # Errors
-    /// If the name is unknown or a number is missing.
-    pub fn add_to(&self, builder: AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, SceneError> {
-        if self.material == "mooney_rivlin" {
-            let flesh = Flesh::new(self.get("A")?, self.get("B")?, self.get("K")?);
-            return Ok(builder.material(flesh)?);
-        }
-        let (mu, lambda) = (self.get("mu")?, self.get("lambda")?);
-        Ok(match self.material.as_str() {
-            "neo_hookean" => builder.material(NeoHookean { mu, lambda })?,
-            "stvk" => builder.material(StVenantKirchhoff { mu, lambda })?,
-            "corotated" => builder.material(ByStretches(CorotatedLinear { mu, lambda }))?,
-            "stable_neo_hookean" => builder.material(StableNeoHookean { mu, lambda })?,
-            "qr" => {
-                let (kx, ky) = (self.get("kx")?, self.get("ky")?);
-                builder.material(QrAnisotropic { mu, lambda, kx, ky })?
-            }
-            other => {
-                return Err(SceneError::Unknown {
-                    what: "material",
-                    name: other.to_owned(),
-                });
-            }
-        })
+    /// If the name is unknown, or the numbers do not fit.
+    pub fn add_to(
+        &self,
+        builder: AssemblyBuilder<3>,
+        elements: usize,
+    ) -> Result<AssemblyBuilder<3>, SceneError> {
+        let numbers = self.parameters.iter().map(|(name, &x)| (name.as_str(), x));
+        let material = face_scenes::NamedMaterial::new(&self.material, numbers);
+        let all: Vec<usize> = (0..elements).collect();
+        Ok(material.add_to(builder, &all)??)
     }
 }
 

@@ -81,7 +81,10 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         let builder =
             AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?;
         let law = case.curve.law(case.deviatoric.0)?;
-        let assembly = flesh.add_to(builder)?.fibers(law, 1, &fibers)?.build()?;
+        let assembly = flesh
+            .add_to(builder, mesh.num_elements())?
+            .fibers(law, 1, &fibers)?
+            .build()?;
         let problem = Quasistatic::new(&assembly, start, vec![case.activation])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {
@@ -166,7 +169,10 @@ pub fn a5(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
         };
         let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.clamped)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
-        let assembly = flesh.add_to(builder)?.penalty(penalty)?.build()?;
+        let assembly = flesh
+            .add_to(builder, mesh.num_elements())?
+            .penalty(penalty)?
+            .build()?;
         let problem = Quasistatic::new(&assembly, mesh.nodes().to_vec(), vec![])?;
         let (x, _) = equilibrium(&problem)?;
         let mut record = Record {

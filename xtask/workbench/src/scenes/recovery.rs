@@ -42,7 +42,10 @@ pub fn a4(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         }
         let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.clamped)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
-        let assembly = case.material.add_to(builder)?.build()?;
+        let assembly = case
+            .material
+            .add_to(builder, mesh.num_elements())?
+            .build()?;
         let problem = Quasistatic::new(&assembly, scene.starts[&case.start].clone(), vec![])?;
         let mut x = problem.unknowns();
         let solved = Newton::new(&problem).solve(&problem, &mut x, &tight());

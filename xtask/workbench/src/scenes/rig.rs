@@ -52,7 +52,7 @@ impl B0 {
             AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?;
         let law = self.curve.law(stretch.0)?;
         let assembly = flesh
-            .add_to(builder)?
+            .add_to(builder, mesh.num_elements())?
             .fibers(law, self.muscles.len(), &fibers)?
             .build()?;
         // Forces are about 1e5 here; the inner equilibria must be better than the comparison.
