@@ -55,8 +55,9 @@ impl<const D: usize, L: Law<D>> PackedKernel for EnergyPass<'_, '_, D, L> {
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        for k in self.batches {
-            let batch = &self.group.batches[k];
+        let start = self.batches.start;
+        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
+            let k = start + offset;
             let F = batch.deformation_gradient::<V>(self.at.positions());
             let density = self.group.law.energy(k, self.at.controls(), &F).to_lanes();
             for lane in 0..batch.used {
@@ -77,8 +78,9 @@ impl<const D: usize, L: Law<D>> PackedKernel for GradientPass<'_, '_, D, L> {
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        for k in self.batches {
-            let batch = &self.group.batches[k];
+        let start = self.batches.start;
+        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
+            let k = start + offset;
             let F = batch.deformation_gradient::<V>(self.at.positions());
             let (psi, P) = self.group.law.energy_and_stress(k, self.at.controls(), &F);
             let density = psi.to_lanes();
@@ -103,8 +105,9 @@ impl<const D: usize, L: Law<D>> PackedKernel for HessianPass<'_, '_, D, L> {
     #[inline(always)]
     fn run<V: Pack>(self) {
         let mut pairs = [[[[0.0; LANES]; VERTICES]; VERTICES]; PAIRS];
-        for k in self.batches {
-            let batch = &self.group.batches[k];
+        let start = self.batches.start;
+        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
+            let k = start + offset;
             let F = batch.deformation_gradient::<V>(self.at.positions());
             let T = self.group.law.derivative(k, self.at.controls(), &F);
             let volume = V::from_lanes(batch.volume);
@@ -204,8 +207,9 @@ impl<const D: usize, L: Law<D>> PackedKernel for ProductPass<'_, '_, D, L> {
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        for k in self.batches {
-            let batch = &self.group.batches[k];
+        let start = self.batches.start;
+        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
+            let k = start + offset;
             let F = batch.deformation_gradient::<V>(self.at.positions());
             let dF = batch.deformation_gradient::<V>(self.displacement);
             let dP = self

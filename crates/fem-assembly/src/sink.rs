@@ -84,13 +84,15 @@ impl<const D: usize> GradientSink<'_, D> {
         let vertices = vectors.len();
         let start = (stencil - self.first) * vertices;
         let rows = &self.rows[start..start + LANES * vertices];
+        // Locals, which the stores into the sums cannot change.
+        let (scale, sums) = (self.scale, &mut *self.sums);
         // Element by element: where the batches of eight are cut must not change the order of a sum.
-        if self.scale == 1.0 {
+        if scale == 1.0 {
             for lane in 0..LANES {
                 for a in 0..vertices {
                     let row = rows[lane * vertices + a];
                     if row != NONE {
-                        let sum = &mut self.sums[row as usize];
+                        let sum = &mut sums[row as usize];
                         for i in 0..D {
                             sum[i] += vectors[a][i].0[lane];
                         }
@@ -102,9 +104,9 @@ impl<const D: usize> GradientSink<'_, D> {
                 for a in 0..vertices {
                     let row = rows[lane * vertices + a];
                     if row != NONE {
-                        let sum = &mut self.sums[row as usize];
+                        let sum = &mut sums[row as usize];
                         for i in 0..D {
-                            sum[i] += self.scale * vectors[a][i].0[lane];
+                            sum[i] += scale * vectors[a][i].0[lane];
                         }
                     }
                 }
@@ -116,10 +118,11 @@ impl<const D: usize> GradientSink<'_, D> {
     #[inline(always)]
     pub fn energy(&mut self, stencil: usize, energy: f64) {
         let local = stencil - self.first;
-        if local < self.owned.len() && self.owned[local] {
-            if let Some(energies) = &mut self.energies {
-                energies.push(((self.first_energy + stencil) as u32, self.scale * energy));
-            }
+        if local < self.owned.len()
+            && self.owned[local]
+            && let Some(energies) = &mut self.energies
+        {
+            energies.push(((self.first_energy + stencil) as u32, self.scale * energy));
         }
     }
 
@@ -192,6 +195,7 @@ impl<const D: usize> HessianSink<'_, D> {
         {
             let start = (stencil - *first) * simplex_pairs;
             let places = &places[start..start + LANES * simplex_pairs];
+            let values = &mut **values;
             for lane in 0..LANES {
                 for p in 0..simplex_pairs {
                     let place = places[lane * simplex_pairs + p];
