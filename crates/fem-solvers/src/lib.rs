@@ -90,11 +90,13 @@ pub use gauss_newton::{
 };
 pub use load_stepping::{LoadSteppingError, LoadSteppingInfo, LoadSteppingParams, walk_load};
 pub use newton::{
-    HessianProjection, LineSearchParams, LinearSolver, Merit, Newton, NewtonError, NewtonFailure,
-    NewtonInfo, NewtonIteration, NewtonParams, NonlinearProblem, PreconditionerChoice,
-    ProjectionPolicy, StopReason,
+    Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,
+    Merit, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams,
+    NonlinearProblem, PcgDirection, PreconditionerChoice, ProjectionPolicy, StopReason,
 };
-pub use operator::{AssumedPositiveDefinite, LinearOperator, Preconditioner, Structure};
+pub use operator::{
+    AssumedPositiveDefinite, LinearOperator, MatrixPreconditioner, Preconditioner, Structure,
+};
 pub use ordering::{Permutation, nested_dissection};
 pub use pcg::{PcgError, PcgInfo, PcgParams, pcg, pcg_semidefinite};
 pub use preconditioner::{BlockIc0, BlockJacobi, Identity, PreconditionerError};

@@ -29,6 +29,19 @@ pub trait Preconditioner {
     fn apply(&self, r: &[f64], z: &mut [f64]);
 }
 
+/// A preconditioner that follows the matrix of a sequence of systems and may keep from one to the
+/// next what still serves: memory, a pattern's analysis, a factor that is nearly right.
+pub trait MatrixPreconditioner<const D: usize>: Preconditioner {
+    /// Makes it fit `matrix`; called before each solve.
+    ///
+    /// # Errors
+    /// [`PreconditionerError`](crate::PreconditionerError) when none can be made.
+    fn update(
+        &mut self,
+        matrix: &crate::BlockSymmetric<D>,
+    ) -> Result<(), crate::PreconditionerError>;
+}
+
 /// An operator taken for positive definite on trust.
 ///
 /// Conjugate gradients notice when the trust was misplaced: the first direction of negative

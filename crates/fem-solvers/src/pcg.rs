@@ -297,7 +297,7 @@ fn check(n: usize, b: &[f64], x: &[f64], params: &PcgParams) -> Result<(), PcgEr
         ("relative_tolerance", params.relative_tolerance),
         ("absolute_tolerance", params.absolute_tolerance),
     ] {
-        if !(value >= 0.0 && value < f64::INFINITY) {
+        if !(0.0..f64::INFINITY).contains(&value) {
             return Err(PcgError::Tolerance { what, value });
         }
     }

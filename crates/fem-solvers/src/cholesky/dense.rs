@@ -197,3 +197,17 @@ pub(super) fn backward<T: FactorScalar>(
     }
     triangular_solve::solve_upper_triangular_in_place(pivot.transpose(), x, Par::Seq);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pivot_that_is_no_finite_number_is_refused() {
+        for bad in [f64::INFINITY, f64::NAN, 0.0, -1.0] {
+            let mut a = [4.0, 0.0, 0.0, bad];
+            let pivot = MatMut::from_column_major_slice_mut(&mut a, 2, 2);
+            assert_eq!(factor_pivot(pivot), Err(1), "{bad}");
+        }
+    }
+}

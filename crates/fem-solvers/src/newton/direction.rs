@@ -2,8 +2,8 @@
 
 use super::shift::Shift;
 use super::{
-    HessianProjection, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
-    PreconditionerChoice, ProjectionPolicy,
+    DescentDirection, DescentOutcome, HessianProjection, LinearSolver, NewtonFailure, NewtonParams,
+    NonlinearProblem, PreconditionerChoice, ProjectionPolicy,
 };
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyError, CholeskyFactor, SymbolicCholesky};
@@ -29,6 +29,8 @@ pub(super) struct Workspace<const D: usize> {
     /// The last single-precision factor, of an earlier step or an earlier solve.
     pub single: Option<CholeskyFactor<f32, D>>,
     pub matrix: BlockSymmetric<D>,
+    /// In place of the linear solver of the settings.
+    pub custom: Option<Box<dyn DescentDirection<D>>>,
     /// Set once conjugate gradients proved dearer than factorizing.
     pub prefer_direct: bool,
     /// Share of the diagonal to start the next step with, under
@@ -185,6 +187,9 @@ impl<const D: usize> Workspace<D> {
         params: &NewtonParams,
         result: &mut Direction,
     ) -> Result<bool, NewtonFailure> {
+        if self.custom.is_some() {
+            return self.brought(rhs, forcing, result);
+        }
         match params.linear_solver {
             LinearSolver::Direct => self.direct(rhs, result),
             LinearSolver::DirectSingle => self.single(rhs, forcing, result),
@@ -226,6 +231,32 @@ impl<const D: usize> Workspace<D> {
                     }
                 }
             }
+        }
+    }
+
+    /// The direction that the user brought.
+    fn brought(
+        &mut self,
+        rhs: &[f64],
+        forcing: f64,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        let Some(custom) = &mut self.custom else {
+            return self.direct(rhs, result);
+        };
+        let gradient: Vec<f64> = rhs.iter().map(|v| -v).collect();
+        let mut dx = vec![0.0; rhs.len()];
+        let found = custom.direction(&self.matrix, &gradient, forcing, &mut dx)?;
+        result.linear_iterations += found.linear_iterations;
+        result.factorizations += found.factorizations;
+        match found.outcome {
+            DescentOutcome::Found => {
+                let good = descends(&dx, rhs);
+                result.dx = dx;
+                Ok(good)
+            }
+            DescentOutcome::Indefinite => Ok(false),
+            DescentOutcome::TooSlow => self.direct(rhs, result),
         }
     }
 

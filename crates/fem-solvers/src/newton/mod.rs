@@ -1,5 +1,6 @@
 //! Newton-Raphson on an energy (doc 000, section 5.1).
 
+mod descent;
 mod direction;
 mod line_search;
 mod params;
@@ -7,6 +8,7 @@ mod problem;
 mod shift;
 mod solve;
 
+pub use descent::{Descent, DescentDirection, DescentOutcome, PcgDirection};
 pub use fem_kinematics::HessianProjection;
 pub use params::{
     LineSearchParams, LinearSolver, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,

@@ -138,7 +138,7 @@ impl NewtonParams {
             ("step_tolerance", self.step_tolerance),
             ("line_search.rounding", self.line_search.rounding),
         ] {
-            if !(value >= 0.0 && value < f64::INFINITY) {
+            if !(0.0..f64::INFINITY).contains(&value) {
                 let allowed = "[0, ∞)";
                 return Err(NewtonFailure::Params {
                     what,

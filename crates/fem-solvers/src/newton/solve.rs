@@ -4,8 +4,8 @@ use super::direction::Workspace;
 use super::line_search::{Accepted, Start, search};
 use super::shift::Shift;
 use super::{
-    HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
-    NewtonParams, NonlinearProblem, StopReason,
+    DescentDirection, HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo,
+    NewtonIteration, NewtonParams, NonlinearProblem, StopReason,
 };
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyFactor, SymbolicCholesky};
@@ -166,10 +166,21 @@ impl<const D: usize> Newton<D> {
                 factor: None,
                 single: None,
                 matrix,
+                custom: None,
                 prefer_direct: false,
                 shift: Shift::default(),
             },
         }
+    }
+
+    /// The same with directions of one's own; [`NewtonParams::linear_solver`] is then not asked.
+    pub fn with_direction(
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        direction: impl DescentDirection<D> + 'static,
+    ) -> Self {
+        let mut newton = Self::new(problem);
+        newton.workspace.custom = Some(Box::new(direction));
+        newton
     }
 
     /// Minimizes from `x`; `x` becomes the solution.

@@ -2,7 +2,7 @@
 
 use super::PreconditionerError;
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
-use crate::operator::Preconditioner;
+use crate::operator::{MatrixPreconditioner, Preconditioner};
 use crate::small;
 use std::sync::Arc;
 
@@ -161,5 +161,12 @@ impl<const D: usize> Preconditioner for BlockIc0<D> {
                 }
             }
         }
+    }
+}
+
+impl<const D: usize> MatrixPreconditioner<D> for BlockIc0<D> {
+    fn update(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
+        *self = Self::new(matrix)?;
+        Ok(())
     }
 }

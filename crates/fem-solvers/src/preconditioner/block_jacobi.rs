@@ -1,7 +1,7 @@
 //! The inverse of the block diagonal.
 
 use crate::block_matrix::BlockSymmetric;
-use crate::operator::Preconditioner;
+use crate::operator::{MatrixPreconditioner, Preconditioner};
 use crate::small;
 use thiserror::Error;
 
@@ -72,5 +72,12 @@ impl<const D: usize> Preconditioner for BlockJacobi<D> {
                 z[i] = sum;
             }
         }
+    }
+}
+
+impl<const D: usize> MatrixPreconditioner<D> for BlockJacobi<D> {
+    fn update(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
+        *self = Self::new(matrix)?;
+        Ok(())
     }
 }

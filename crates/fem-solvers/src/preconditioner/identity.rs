@@ -1,6 +1,8 @@
 //! No preconditioning.
 
-use crate::operator::Preconditioner;
+use super::PreconditionerError;
+use crate::block_matrix::BlockSymmetric;
+use crate::operator::{MatrixPreconditioner, Preconditioner};
 
 /// `z = r`: plain conjugate gradients (doc 000, Algorithm 1).
 #[derive(Clone, Copy, Debug, Default)]
@@ -9,5 +11,11 @@ pub struct Identity;
 impl Preconditioner for Identity {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
         z.copy_from_slice(r);
+    }
+}
+
+impl<const D: usize> MatrixPreconditioner<D> for Identity {
+    fn update(&mut self, _: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
+        Ok(())
     }
 }

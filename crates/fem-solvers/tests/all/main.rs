@@ -6,3 +6,4 @@ mod gauss_newton;
 mod newton;
 mod pcg;
 mod rosenbrock;
+mod strangers;
