@@ -7,7 +7,7 @@ use crate::damage::DamageModel;
 pub enum Fiber {
     /// As far as the law lets it.
     Extensible,
-    /// Not at all: the grid velocity is projected (doc 001, alg. 11).
+    /// Not at all: the grid velocity is projected (document 001, alg. 11).
     Inextensible,
 }
 

@@ -1,4 +1,4 @@
-//! The anisotropic energy of doc 001, sections 3.1 and 3.6, as a law whose damage is a per-particle
+//! The anisotropic energy of document 001, sections 3.1 and 3.6, as a law whose damage is a per-particle
 //! number in the particle's own scalar.
 //!
 //! The closed form is [`QrTerm`]: no QR decomposition is needed, because r₁₁ = |F e₁|,

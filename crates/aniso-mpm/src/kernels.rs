@@ -1,5 +1,5 @@
 //! Linear, quadratic and cubic B-splines with first and second derivatives
-//! (doc 001, alg. 4: the Laplacian needs the cubic one).
+//! (document 001, alg. 4: the Laplacian needs the cubic one).
 //!
 //! Nodes sit at `h (i, j, k)`. A particle at `x` sees, on every axis, the `WIDTH` nodes that start
 //! at `base`; `f = x/h − base` is its distance from the first of them in cells.
@@ -181,7 +181,7 @@ impl<T: Float, const D: usize> Stencil<T, D> {
         })
     }
 
-    /// ΔN at stencil node `n`, 1/m² (doc 001, alg. 4, line 5).
+    /// ΔN at stencil node `n`, 1/m² (document 001, alg. 4, line 5).
     #[inline(always)]
     pub fn laplacian(&self, n: [usize; D]) -> T {
         // ERRATUM: N'' is with respect to x and carries 1/h².

@@ -1,4 +1,4 @@
-//! Relaxed KKT systems for linear constraints (doc 001, section 4.3).
+//! Relaxed KKT systems for linear constraints (document 001, section 4.3).
 //!
 //! The problem is min E(x) with c(x) = 0 and constant ∇c. The document adds (1/η) I to the lower
 //! right block of the KKT matrix (eq. 16) and asks for η → −∞. Here the same number is a positive

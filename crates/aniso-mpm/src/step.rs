@@ -1,4 +1,4 @@
-//! The symplectic step (doc 001, alg. 3 and 6): particles to grid, grid velocity, grid to particles.
+//! The symplectic step (document 001, alg. 3 and 6): particles to grid, grid velocity, grid to particles.
 
 use crate::blocks::BLOCK_NODES;
 use crate::damage::DamageOutput;

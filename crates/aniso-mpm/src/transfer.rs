@@ -1,4 +1,4 @@
-//! Particles to grid and back: APIC (Jiang et al. 2015) and MLS-MPM (Hu et al. 2018, doc 001 \[1\]).
+//! Particles to grid and back: APIC (Jiang et al. 2015) and MLS-MPM (Hu et al. 2018, document 001 \[1\]).
 //!
 //! Both move `m (v + C (x_i − x_p))` to the nodes. They differ in the gradient: APIC takes the
 //! kernel's own ∇N for forces and for the update of F; MLS-MPM takes `N D⁻¹ (x_i − x_p)`, which it

@@ -240,7 +240,7 @@ pub enum FiberStretch {
     /// λ = |F a₀| (what PhysBAM runs).
     #[serde(alias = "plain")]
     Total,
-    /// λ = J^(−1/3) |F a₀| (doc 000, 4.2).
+    /// λ = J^(−1/3) |F a₀| (document 000, 4.2).
     #[serde(alias = "deviatoric")]
     Isochoric,
 }

@@ -1,10 +1,10 @@
-//! Muscle fibers: a family of lines in the rest shape that pull (doc 000, 4.2, 4.3.3, 4.5.2).
+//! Muscle fibers: a family of lines in the rest shape that pull (document 000, 4.2, 4.3.3, 4.5.2).
 //!
 //! # The tension T and its two meanings
 //! Here T is always dF₂/dλ, in pascals. Document 000 writes T for two things: in 4.3.3 and in
 //! equations 13-15 (deviatoric stretch) its T is F₂′(λ)/λ, in the form without determinant, in
 //! 4.5.2 and in equation 45 it is F₂′(λ). Exchanging them is wrong by a factor λ.
-// ERRATUM: doc 000, 4.3.3 uses one symbol for both.
+// ERRATUM: document 000, 4.3.3 uses one symbol for both.
 
 use crate::curves::TensionCurve;
 use crate::material::Evaluation;
@@ -97,7 +97,7 @@ impl<T: Real> FiberTerm<T> {
         self.gradient(law, F, &pull).scale(pull.by_activation)
     }
 
-    /// dP = ∂P/∂F : dF (doc 000, eq. 45 for the plain stretch).
+    /// dP = ∂P/∂F : dF (document 000, eq. 45 for the plain stretch).
     #[inline(always)]
     pub fn stress_differential<C: TensionCurve>(
         &self,

@@ -131,7 +131,7 @@ pub enum PcgError {
 /// `b = 0` is answered with `x = 0` at once. `b` may have any size that `f64` has: sums of squares
 /// neither vanish nor overflow.
 ///
-/// With [`Identity`](crate::Identity) these are the plain conjugate gradients of doc 000, Algorithm 1.
+/// With [`Identity`](crate::Identity) these are the plain conjugate gradients of document 000, Algorithm 1.
 ///
 /// # Errors
 /// Refuses an operator that does not claim [`Structure::SymmetricPositiveDefinite`]; otherwise see

@@ -1,5 +1,5 @@
 //! The damage of one substep, to be called just before the grid velocities are computed
-//! (doc 001, alg. 3 and alg. 6).
+//! (document 001, alg. 3 and alg. 6).
 
 use super::DamageModel;
 use super::driving_force::driving_force;

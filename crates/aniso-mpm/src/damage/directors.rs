@@ -1,4 +1,4 @@
-//! Structural directors and the tensor they make (doc 001, alg. 1 and 2).
+//! Structural directors and the tensor they make (document 001, alg. 1 and 2).
 
 use crate::error::MpmError;
 use fem_kinematics::{Mat, Real, polar};

@@ -1,4 +1,4 @@
-//! The crack driving force (doc 001, alg. 5 lines 5-11, alg. 8).
+//! The crack driving force (document 001, alg. 5 lines 5-11, alg. 8).
 
 use super::directors::Directors;
 use super::parameters::DamageParameters;

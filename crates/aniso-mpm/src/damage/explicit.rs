@@ -1,4 +1,4 @@
-//! Explicit damage (doc 001, alg. 5 and section 2.1).
+//! Explicit damage (document 001, alg. 5 and section 2.1).
 
 use super::parameters::DamageParameters;
 

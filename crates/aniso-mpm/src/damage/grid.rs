@@ -1,4 +1,4 @@
-//! Damage on the grid and its Laplacian at the particles (doc 001, alg. 4 and 7).
+//! Damage on the grid and its Laplacian at the particles (document 001, alg. 4 and 7).
 
 use crate::binning::Binning;
 use crate::error::{MpmError, same_length};

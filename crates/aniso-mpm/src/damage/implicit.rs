@@ -1,4 +1,4 @@
-//! Implicit damage: the linear system (𝒜 + ℬ) d = c on the grid (doc 001, alg. 9 and 10).
+//! Implicit damage: the linear system (𝒜 + ℬ) d = c on the grid (document 001, alg. 9 and 10).
 
 use super::grid::{DamageGrid, add_weighted, row_product};
 use super::parameters::DamageParameters;

@@ -1,4 +1,4 @@
-//! Anisotropic damage as an augmentation of any MPM (doc 001, sections 1.2, 1.3 and 2).
+//! Anisotropic damage as an augmentation of any MPM (document 001, sections 1.2, 1.3 and 2).
 //!
 //! Nothing here knows the host: every function takes plain slices of positions, deformation
 //! gradients, stresses and damage. [`Augmentation`] strings them together in the order of the

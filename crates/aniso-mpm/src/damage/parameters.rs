@@ -1,4 +1,4 @@
-//! The parameters of a damage model (doc 001, alg. 1).
+//! The parameters of a damage model (document 001, alg. 1).
 
 use crate::error::{MpmError, positive};
 use fem_kinematics::{Mat, dot};
@@ -18,7 +18,7 @@ pub struct DamageParameters {
 }
 
 impl DamageParameters {
-    /// l₀ = Δx/2 and ζ = 1, as doc 001 sets them.
+    /// l₀ = Δx/2 and ζ = 1, as document 001 sets them.
     pub fn new(cell_size: f64, sigma_crit: f64, eta: f64) -> Self {
         Self {
             length_scale: 0.5 * cell_size,
@@ -42,7 +42,7 @@ impl DamageParameters {
 }
 
 /// The largest principal Cauchy stress (Pa) of a material stretched by `stretch` along a unit
-/// direction: doc 001's starting value for σ_c ("a stress corresponding to some uniform stretch").
+/// direction: document 001's starting value for σ_c ("a stress corresponding to some uniform stretch").
 ///
 /// The other directions keep their length. `direction` is in the law's fiber frame.
 pub fn stress_at_stretch<M: Material<D>, const D: usize>(

@@ -1,4 +1,4 @@
-//! Inextensible fibers: (a aᵀ) : d = 0 on every cell (doc 001, section 4 and alg. 11).
+//! Inextensible fibers: (a aᵀ) : d = 0 on every cell (document 001, section 4 and alg. 11).
 //!
 //! Velocities live on nodes with the quadratic kernel N_i, multipliers on cell centers h (z + ½)
 //! with the linear kernel Γ_z. The constraint matrix couples each cell to the 4^D nodes around it:

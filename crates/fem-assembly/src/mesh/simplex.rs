@@ -44,7 +44,7 @@ impl<const D: usize> SimplexMesh<D> {
     pub fn elements(&self) -> std::slice::ChunksExact<'_, u32> {
         self.connectivity.chunks_exact(D + 1)
     }
-    /// D_m of element `e`: column k is x_{k+1} − x_0 at rest, meters (doc 000, 4.1).
+    /// D_m of element `e`: column k is x_{k+1} − x_0 at rest, meters (document 000, 4.1).
     pub fn rest_edges(&self, e: usize) -> Mat<f64, D> {
         edges(&self.nodes, self.element(e))
     }

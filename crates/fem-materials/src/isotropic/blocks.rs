@@ -8,7 +8,7 @@ use fem_kinematics::{Mat, Real, Svd, Tensor4, signed_svd};
 pub const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// The non-zero entries of ∂P/∂F at F̂ = diag(σ), in the order 11, 22, 33, 12, 21, 13, 31, 23, 32:
-/// A, then [[α, β], [β, α]] for each pair (doc 000, 4.5; doc 004).
+/// A, then [[α, β], [β, α]] for each pair (document 000, 4.5; document 004).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagonalBlocks<T, const D: usize> {
     /// A: ∂P̂ᵢᵢ/∂F̂ⱼⱼ, symmetric.

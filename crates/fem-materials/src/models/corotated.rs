@@ -4,7 +4,7 @@ use super::linear::LAME;
 use crate::isotropic::{ByStretches, StretchEnergy, positive_sum};
 use crate::lame::Lame;
 use crate::near_rest::RestMeasures;
-use crate::registry::{Entry,  Parameter, ParameterError, Parameters, Register, lame_itself};
+use crate::registry::{Entry, Parameter, ParameterError, Parameters, Register, lame_itself};
 use fem_kinematics::{Mat, Polar, Real, Svd};
 
 /// ψ = μ |S − I|² + λ/2 tr(S − I)² (document 002): linear elasticity in a frame that turns along.

@@ -3,9 +3,9 @@
 use crate::curves::{Blemker, PhysBam};
 use crate::curves::{BuiltinCurve, TensionCurve};
 use crate::fiber::{FiberLaw, FiberTerm, Stretch};
-use fem_kinematics::HessianProjection;
 use crate::material::{Evaluation, Material};
-use crate::registry::{Entry,  Parameter, ParameterError, Parameters, Register};
+use crate::registry::{Entry, Parameter, ParameterError, Parameters, Register};
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = σ_max (α F_a(l) + F_p(l)), l = λ/λ_ofl: a muscle's fibers without the flesh around them.

@@ -2,7 +2,7 @@
 
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
 use crate::lame::Space;
-use crate::registry::{Entry,  Parameter, Register};
+use crate::registry::{Entry, Parameter, Register};
 use fem_kinematics::Real;
 
 /// W = −μ J_m/2 ln(1 − i/J_m) with i = J^(−2/3) tr C − 3; +∞ for i ≥ J_m.
@@ -24,9 +24,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
     visitor.solid(&Entry {
         name: "gent",
         aliases: &[],
-        elastic: Some(|lame| {
-            vec![("mu", lame.mu), ("K", lame.bulk(Space::Solid))]
-        }),
+        elastic: Some(|lame| vec![("mu", lame.mu), ("K", lame.bulk(Space::Solid))]),
         about: "rubber and vessels with a limit of stretch",
         parameters: &PARAMETERS,
         from_parameters: |p| {

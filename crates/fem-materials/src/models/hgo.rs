@@ -1,10 +1,10 @@
 //! The artery wall of Holzapfel, Gasser and Ogden (2000): two families of stiffening fibers.
 
-use fem_kinematics::HessianProjection;
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
-use crate::material::Material;
 use crate::lame::Space;
-use crate::registry::{Entry,  Parameter, Register};
+use crate::material::Material;
+use crate::registry::{Entry, Parameter, Register};
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4, dot};
 
 /// ψ = c/2 (J^(−2/3) tr C − 3) + K/2 (ln J)² + Σ k₁/(2k₂) (exp(k₂ e²) − 1), e = max(|F a|² − 1, 0).
@@ -61,9 +61,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
     visitor.solid(&Entry {
         name: "hgo",
         aliases: &[],
-        elastic: Some(|lame| {
-            vec![("c", lame.mu), ("K", lame.bulk(Space::Solid))]
-        }),
+        elastic: Some(|lame| vec![("c", lame.mu), ("K", lame.bulk(Space::Solid))]),
         about: "arteries and skin: two families of fibers that stiffen",
         parameters: &PARAMETERS,
         from_parameters: |p| {

@@ -2,7 +2,7 @@
 
 use crate::isotropic::{ByInvariants, Domain, InvariantEnergy};
 use crate::near_rest::inverse_cube_root;
-use crate::registry::{Entry,  Parameter, Register};
+use crate::registry::{Entry, Parameter, Register};
 use fem_kinematics::Real;
 
 /// ψ = μ₀₁/2 ((I² − II) III^(−2/3) − 6) + μ₁₀ (I III^(−1/3) − 3) + v₁ (√III − 1)².

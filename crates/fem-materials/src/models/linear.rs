@@ -2,7 +2,7 @@
 
 use crate::lame::Lame;
 use crate::material::{Material, Symmetry};
-use crate::registry::{Entry,  Parameter, Register, lame_itself};
+use crate::registry::{Entry, Parameter, Register, lame_itself};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 

@@ -2,7 +2,7 @@
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{infinite_unless_positive, inverse_cube_root};
-use crate::registry::{Entry,  Parameter, Register};
+use crate::registry::{Entry, Parameter, Register};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 

@@ -3,7 +3,7 @@
 use super::fiber::{Fiber, PARAMETERS as FIBER, fiber_from};
 use super::{MooneyRivlin, VolumetricLog};
 use crate::fiber::Stretch;
-use crate::registry::{Entry,  Parameter, ParameterError, Parameters, Register};
+use crate::registry::{Entry, Parameter, ParameterError, Parameters, Register};
 use crate::sum::Sum;
 
 /// Passive flesh: A I₁ + B I₂ + K/2 (ln J)².

@@ -2,7 +2,7 @@
 
 use crate::isotropic::{ByStretches, StretchEnergy};
 use crate::near_rest::infinite_unless_positive;
-use crate::registry::{Entry,  Parameter, Register};
+use crate::registry::{Entry, Parameter, Register};
 use fem_kinematics::{Mat, Real};
 
 /// ψ = Σ_p μ_p/α_p (Σᵢ σ̄ᵢ^{α_p} − 3) + K/2 (ln J)², σ̄ = J^(−1/3) σ; finite only for J > 0.

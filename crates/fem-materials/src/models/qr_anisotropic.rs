@@ -1,9 +1,9 @@
 //! The anisotropic energy of document 001, section 3, whole and damaged.
 
-use fem_kinematics::HessianProjection;
 use crate::material::Material;
 use crate::qr::QrTerm;
-use crate::registry::{Entry,  Parameter, Register, mu_and_lambda_plus_mu};
+use crate::registry::{Entry, Parameter, Register, mu_and_lambda_plus_mu};
+use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = μ/2 (Σ rᵢⱼ² − D) − μ (J − 1) + λ/2 (J − 1)² + k_x/2 (r₁₁ − 1)²

@@ -3,7 +3,7 @@
 use crate::lame::Lame;
 use crate::material::{Material, Symmetry};
 use crate::near_rest::RestMeasures;
-use crate::registry::{Entry,  Parameter, Register, mu_and_lambda_plus_mu};
+use crate::registry::{Entry, Parameter, Register, mu_and_lambda_plus_mu};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 

@@ -2,7 +2,7 @@
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{RestMeasures, infinite_unless_positive};
-use crate::registry::{Entry,  Parameter, Register};
+use crate::registry::{Entry, Parameter, Register};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 

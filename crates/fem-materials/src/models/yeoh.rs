@@ -2,7 +2,7 @@
 
 use crate::isotropic::{FirstInvariant, FirstInvariantEnergy, Volume};
 use crate::lame::Space;
-use crate::registry::{Entry,  Parameter, Register};
+use crate::registry::{Entry, Parameter, Register};
 use fem_kinematics::Real;
 
 /// W = c₁ i + c₂ i² + c₃ i³ with i = J^(−2/3) tr C − 3: filled rubber, which softens (c₂ < 0) and
@@ -24,9 +24,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
     visitor.solid(&Entry {
         name: "yeoh",
         aliases: &[],
-        elastic: Some(|lame| {
-            vec![("c1", 0.5 * lame.mu), ("K", lame.bulk(Space::Solid))]
-        }),
+        elastic: Some(|lame| vec![("c1", 0.5 * lame.mu), ("K", lame.bulk(Space::Solid))]),
         about: "filled rubber from simple tests",
         parameters: &PARAMETERS,
         from_parameters: |p| {

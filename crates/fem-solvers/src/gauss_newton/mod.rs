@@ -1,4 +1,4 @@
-//! Nonlinear least squares: Gauss-Newton and Levenberg-Marquardt (doc 000, sections 1 and 5.3).
+//! Nonlinear least squares: Gauss-Newton and Levenberg-Marquardt (document 000, sections 1 and 5.3).
 
 mod linear_step;
 mod loss;

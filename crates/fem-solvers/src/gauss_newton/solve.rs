@@ -10,7 +10,7 @@ use crate::vector::{first_non_finite, norm_inf};
 /// Minimizes `½ Σ_g ρ(‖r_g(θ)‖²) + ½ Σ_k w_k (θ_k − p_k)²` within bounds, from `theta`.
 ///
 /// With [`Damping::None`] every step is the full Gauss-Newton step `θ += d`, `J d ≈ −r`
-/// (doc 000, section 5.3). With damping, a step must lower the cost; one whose evaluation fails
+/// (document 000, section 5.3). With damping, a step must lower the cost; one whose evaluation fails
 /// counts as one that does not.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Newton-Raphson on an energy (doc 000, section 5.1).
+//! Newton-Raphson on an energy (document 000, section 5.1).
 
 mod descent;
 mod direction;

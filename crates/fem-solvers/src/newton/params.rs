@@ -22,7 +22,7 @@ pub enum LinearSolver {
         /// Iterations per Newton step before the direct solver takes over.
         max_iterations: usize,
     },
-    /// Dense QR: the least-squares solution of `K dx = −g` (doc 000, section 5.1), of small systems only.
+    /// Dense QR: the least-squares solution of `K dx = −g` (document 000, section 5.1), of small systems only.
     QrLeastSquares,
     /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0) until
     /// one step takes as many operations as a factorization, from then on, for the life of the
@@ -33,7 +33,7 @@ pub enum LinearSolver {
 /// Which preconditioner conjugate gradients use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PreconditionerChoice {
-    /// None: doc 000, Algorithm 1.
+    /// None: document 000, Algorithm 1.
     Identity,
     /// The inverse of the block diagonal.
     BlockJacobi,
@@ -86,9 +86,8 @@ pub struct NewtonParams {
     pub gradient_tolerance: f64,
     /// … or at most this share of `reference`.
     pub relative_gradient_tolerance: f64,
-    /// Size of a typical gradient; if `None`, the problem's own
-    /// [`gradient_scale`](super::NonlinearProblem::gradient_scale), and where it gives none, the
-    /// largest entry at the start.
+    /// Size of a typical gradient; if `None`, the largest entry at the start or
+    /// [`gradient_scale`](super::NonlinearProblem::gradient_scale), whichever is smaller.
     pub reference: Option<f64>,
     /// … or when the largest entry of a full step is at most this, in the unit of `x`.
     pub step_tolerance: f64,

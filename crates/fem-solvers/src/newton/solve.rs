@@ -133,7 +133,11 @@ impl Target {
             let scale = (share > 0.0).then(|| problem.gradient_scale()).flatten();
             scale.filter(|&s| s > 0.0 && s < f64::INFINITY)
         };
-        let reference = params.reference.or_else(own).unwrap_or(start);
+        // Nearly incompressible flesh has a scale far above its loads: the smaller of both is the
+        // stricter, and where neither can be met rounding ends the solve.
+        let reference = params
+            .reference
+            .unwrap_or_else(|| own().map_or(start, |own| own.min(start)));
         Self {
             absolute: params.gradient_tolerance,
             relative: share * reference,

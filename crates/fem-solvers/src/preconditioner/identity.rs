@@ -4,7 +4,7 @@ use super::PreconditionerError;
 use crate::block_matrix::BlockSymmetric;
 use crate::operator::{MatrixPreconditioner, Preconditioner};
 
-/// `z = r`: plain conjugate gradients (doc 000, Algorithm 1).
+/// `z = r`: plain conjugate gradients (document 000, Algorithm 1).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Identity;
 

@@ -7,3 +7,4 @@ mod newton;
 mod pcg;
 mod rosenbrock;
 mod strangers;
+mod wrong_hessians;

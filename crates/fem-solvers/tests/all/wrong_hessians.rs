@@ -1,0 +1,110 @@
+//! Newton's method with Hessians that are not the energy's own: what the line search and the last
+//! shift are for.
+
+use fem_solvers::{
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Newton, NewtonFailure,
+    NewtonParams, NonlinearProblem, ProjectionPolicy,
+};
+use std::sync::Arc;
+
+/// `½ xᵀ A x − bᵀ x` in two unknowns whose Hessian is said to be `said`.
+struct Quadratic {
+    pattern: Arc<BlockPattern>,
+    a: [[f64; 2]; 2],
+    b: [f64; 2],
+    said: [[f64; 2]; 2],
+}
+
+impl NonlinearProblem<2> for Quadratic {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Arc<BlockPattern> {
+        self.pattern.clone()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        (0..2)
+            .map(|i| x[i] * (0.5 * (self.a[i][0] * x[0] + self.a[i][1] * x[1]) - self.b[i]))
+            .sum()
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        for (i, g) in g.iter_mut().enumerate() {
+            *g = self.a[i][0] * x[0] + self.a[i][1] * x[1] - self.b[i];
+        }
+    }
+    fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<2>) {
+        out.values_mut()[0] = self.said;
+    }
+}
+
+fn quadratic(a: [[f64; 2]; 2], b: [f64; 2], said: [[f64; 2]; 2]) -> Quadratic {
+    let pattern = Arc::new(BlockPattern::from_adjacency(1, []).unwrap());
+    Quadratic {
+        pattern,
+        a,
+        b,
+        said,
+    }
+}
+
+#[test]
+fn a_decrease_that_is_too_small_for_the_slope_shortens_the_step() {
+    // A Hessian of half the size doubles the step: from x to −0.99996 x, lower by 4e-5 of what
+    // there is, where 2e-4 is asked for.
+    let half = 0.500_01;
+    let problem = quadratic(
+        [[1.0, 0.0], [0.0, 1.0]],
+        [0.0; 2],
+        [[half, 0.0], [0.0, half]],
+    );
+    let mut x = [1.0, -2.0];
+    let info = Newton::new(&problem)
+        .solve(&problem, &mut x, &NewtonParams::default())
+        .unwrap();
+    assert!(info.iterations <= 10, "{info:?}");
+}
+
+#[test]
+fn the_last_shift_starts_from_the_plain_matrix() {
+    // No share of this diagonal makes the matrix definite, for one of its entries is zero.
+    let said = [[0.0, 1.0], [1.0, 1.0]];
+    // Mean diagonals weigh a block as a whole; single rows need D = 1.
+    let pattern = Arc::new(BlockPattern::from_adjacency(2, [(0, 1)]).unwrap());
+    struct Rows(Arc<BlockPattern>, [[f64; 2]; 2]);
+    impl NonlinearProblem<1> for Rows {
+        fn blocks(&self) -> usize {
+            2
+        }
+        fn pattern(&self) -> Arc<BlockPattern> {
+            self.0.clone()
+        }
+        fn energy(&self, x: &[f64]) -> f64 {
+            0.5 * (x[0] * x[0] + x[1] * x[1]) - x[0]
+        }
+        fn gradient(&self, x: &[f64], g: &mut [f64]) {
+            g.copy_from_slice(&[x[0] - 1.0, x[1]]);
+        }
+        fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
+            out.values_mut().copy_from_slice(&[
+                [[self.1[0][0]]],
+                [[self.1[1][0]]],
+                [[self.1[1][1]]],
+            ]);
+        }
+    }
+    let problem = Rows(pattern, said);
+    let params = NewtonParams {
+        projection: ProjectionPolicy::ExactThenShifted,
+        linear_solver: LinearSolver::Direct,
+        max_iterations: 1,
+        ..Default::default()
+    };
+    let mut newton = Newton::new(&problem);
+    let mut steps = Vec::new();
+    let mut x = [0.0, 0.0];
+    let outcome = newton.solve_observed(&problem, &mut x, &params, &mut |i| steps.push(*i));
+    assert_eq!(outcome.unwrap_err().reason, NewtonFailure::NotConverged);
+    // Tenfold from 1e-9 of the diagonal, 1 is the first that suffices: [[1, 1], [1, 2]] d = [1, 0].
+    assert!((x[0] / steps[1].t - 2.0).abs() < 1e-9, "{x:?} {steps:?}");
+    assert!((x[1] / steps[1].t + 1.0).abs() < 1e-9, "{x:?} {steps:?}");
+}
