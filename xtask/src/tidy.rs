@@ -207,7 +207,14 @@ fn file(name: &str, text: &str, found: &mut Vec<String>) {
 fn has_word(code: &str, word: &str) -> bool {
     code.split(|c: char| !c.is_alphanumeric())
         .map(str::to_lowercase)
-        .any(|part| part == word || part.strip_suffix('s') == Some(word))
+        .any(|part| {
+            [
+                part.as_str(),
+                part.trim_end_matches('s'),
+                part.trim_end_matches("es"),
+            ]
+            .contains(&word)
+        })
 }
 
 #[cfg(test)]
