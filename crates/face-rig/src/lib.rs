@@ -21,9 +21,9 @@
 //! let held = [cranium, jaw.clone()].concat();
 //! let fiber = |element| Fiber {
 //!     element,
-//!     channel: 0,
+//!     control: 0,
 //!     direction: [0.0, 0.0, 1.0],
-//!     peak: 2e4,
+//!     max_isometric_stress: 2e4,
 //!     optimal_stretch: 1.0,
 //! };
 //! let fibers: Vec<Fiber> = (0..mesh.num_elements() / 2).map(fiber).collect();
