@@ -156,9 +156,9 @@ fn file(name: &str, text: &str, found: &mut Vec<String>) {
         if line.contains(concat!("to", "do!(")) || line.contains(concat!("unimple", "mented!(")) {
             found.push(format!("{}: a stub", at()));
         }
-        if ["\"/home/", "\"/root/", "\"/tmp/", "\"/work/"]
+        if ["home", "root", "tmp", "work"]
             .iter()
-            .any(|p| line.contains(p))
+            .any(|folder| line.contains(&format!("\"/{folder}/")))
         {
             found.push(format!("{}: an absolute path", at()));
         }
@@ -242,7 +242,10 @@ mod tests {
             ("crates/fem-assembly/src/a.rs", "#![allow(unsafe_code)]"),
             ("crates/fem-materials/src/a.rs", "hooke::register(visitor);"),
             ("crates/face-rig/src/a.rs", concat!("to", "do!()")),
-            ("crates/face-rig/src/a.rs", "let p = \"/tmp/x\";"),
+            (
+                "crates/face-rig/src/a.rs",
+                concat!("let p = \"/", "tmp/x\";"),
+            ),
         ] {
             let mut found = Vec::new();
             file(name, text, &mut found);

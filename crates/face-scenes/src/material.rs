@@ -52,8 +52,8 @@ impl NamedMaterial {
         impl UseSolid for AddTo<'_> {
             type Output = Result<AssemblyBuilder<3>, AssemblyError>;
             fn call<M: Material<3> + 'static>(self, model: M) -> Self::Output {
-                // One instance of the element kernels for each model: without optimization they
-                // take less than half the time to compile like this.
+                // One instance of the element kernels for each model: builds without optimization
+                // compile each method once instead of at every call.
                 #[cfg(debug_assertions)]
                 let model = fem_materials::Outlined(model);
                 self.0.region(self.1, model)
