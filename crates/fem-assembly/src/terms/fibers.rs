@@ -111,7 +111,7 @@ impl FiberLanes {
     fn term<V: Pack>(&self, activation: V) -> FiberTerm<V> {
         FiberTerm {
             direction: self.direction.map(V::from_lanes),
-            peak: V::from_lanes(self.max_isometric_stress),
+            max_isometric_stress: V::from_lanes(self.max_isometric_stress),
             activation,
             optimal_stretch: V::from_lanes(self.optimal_stretch),
         }
@@ -172,7 +172,7 @@ impl<C: TensionCurve> Law<3> for Fibers<C> {
         let fibers = &self.lanes[batch];
         let term = FiberTerm {
             direction: fibers.direction.map(|d| d.0[lane]),
-            peak: fibers.max_isometric_stress.0[lane],
+            max_isometric_stress: fibers.max_isometric_stress.0[lane],
             activation: controls[fibers.control[lane]],
             optimal_stretch: fibers.optimal_stretch.0[lane],
         };
