@@ -257,6 +257,13 @@ impl<const D: usize> Assembly<D> {
         self.summands.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
+    /// The largest t for which the present stencils hold everything that has an energy at x + τ δx
+    /// for 0 ≤ τ < t; +∞ where no term changes its stencils. See [`Assembly::renew`].
+    pub fn covered_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
+        let of = |summand: &Summand<D>| summand.term.covered_step(at, displacement);
+        self.summands.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
     /// Runs `work` on every run of every chunk, into the chunk's own zeroed rows; returns the
     /// energies of the stencils that each chunk owns.
     fn by_rows(

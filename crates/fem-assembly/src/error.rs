@@ -76,6 +76,14 @@ pub enum AssemblyError {
         /// What it should be.
         needed: &'static str,
     },
+    /// A number of a contact that nothing can be computed with.
+    #[error("contact: {what} is {value}; it must be finite and greater than 0")]
+    UnusableContact {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// A fiber whose direction is not of length 1.
     #[error("fiber {index} (element {element}) has length {length}; give a unit vector")]
     NoDirection {

@@ -39,6 +39,8 @@ mod law;
 pub mod mesh;
 mod plan;
 mod quasistatic;
+mod renewal;
+mod renewing;
 mod sink;
 mod term;
 mod terms;
@@ -49,6 +51,9 @@ pub use configuration::Configuration;
 pub use dofs::Dofs;
 pub use error::AssemblyError;
 pub use quasistatic::Quasistatic;
+pub use renewing::{RenewedSolution, RenewingError, solve_renewing};
 pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
-pub use terms::{Fiber, Gravity, NodalLoads, Obstacle, Penalty, Scaled};
+pub use terms::{
+    Fiber, FleshContact, FleshContactParams, Gravity, NodalLoads, Obstacle, Penalty, Scaled,
+};

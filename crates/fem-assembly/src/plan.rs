@@ -162,6 +162,24 @@ pub(crate) fn pattern<const D: usize>(
     })
 }
 
+/// Has the pattern a place for everything that these stencils couple?
+pub(crate) fn fits<const D: usize>(
+    stencils: &Stencils,
+    dofs: &Dofs<D>,
+    pattern: &BlockPattern,
+) -> bool {
+    let rank = dofs.rank();
+    let has = |m: u32, n: u32| {
+        let (high, low) = (m.max(n), m.min(n));
+        high == PRESCRIBED || pattern.find(high as usize, low as usize).is_some()
+    };
+    (0..stencils.count()).all(|k| {
+        let nodes = stencils.nodes_of(k);
+        let pairs = (1..nodes.len()).flat_map(|a| nodes[..a].iter().map(move |&n| (nodes[a], n)));
+        pairs.into_iter().all(|(m, n)| has(rank[m], rank[n]))
+    })
+}
+
 /// Cuts the rows into runs of about equal work.
 pub(crate) fn cut<const D: usize>(dofs: &Dofs<D>, summands: &[Summand<D>]) -> Vec<Range<usize>> {
     let rows = dofs.free_nodes();

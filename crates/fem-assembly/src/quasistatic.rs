@@ -78,6 +78,15 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
         all
     }
 
+    /// [`Assembly::covered_step`] of a step of the unknowns.
+    pub(crate) fn covered_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let mut displacement = vec![[0.0; D]; self.positions.len()];
+        self.assembly.dofs().scatter(dx, &mut displacement);
+        let positions = self.positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        self.assembly.covered_step(at, &displacement)
+    }
+
     /// The assembly that is in equilibrium.
     pub fn assembly(&self) -> &'a Assembly<D> {
         self.assembly

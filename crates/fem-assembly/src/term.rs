@@ -15,7 +15,7 @@ use std::ops::Range;
 /// A method may rely on the lengths of positions and controls; the positions may be any numbers.
 /// Where eₛ is undefined it is +∞ (NaN counts as +∞ in the sum).
 pub trait Term<const D: usize>: Send + Sync {
-    /// The nodes of every stencil; asked for once.
+    /// The nodes of every stencil; asked for once, and again whenever [`Term::renew`] says so.
     fn stencils(&self) -> Stencils;
 
     /// Writes the energy of each stencil, joules.
@@ -70,6 +70,18 @@ pub trait Term<const D: usize>: Send + Sync {
         _displacement: &[[f64; D]],
         _stencils: Range<usize>,
     ) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Makes the stencils those that `at` and its neighborhood need, for a term that couples what
+    /// is near; true when they changed. [`Assembly::renew`](crate::Assembly::renew) asks.
+    fn renew(&mut self, _at: Configuration<D>) -> bool {
+        false
+    }
+
+    /// The largest t for which the stencils of the last [`Term::renew`] hold everything that has an
+    /// energy at x + τ δx for all 0 ≤ τ < t.
+    fn covered_step(&self, _at: Configuration<D>, _displacement: &[[f64; D]]) -> f64 {
         f64::INFINITY
     }
 

@@ -1,5 +1,6 @@
 //! The kinds of energy, one to a file; none knows of another.
 
+mod contact;
 mod elastic;
 mod fibers;
 mod gravity;
@@ -7,6 +8,7 @@ mod nodal_loads;
 mod obstacle;
 mod scaled;
 
+pub use contact::{FleshContact, FleshContactParams};
 pub use fibers::Fiber;
 pub use gravity::Gravity;
 pub use nodal_loads::NodalLoads;

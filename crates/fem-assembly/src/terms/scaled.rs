@@ -101,6 +101,12 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     ) -> f64 {
         self.term.largest_step(at, displacement, stencils)
     }
+    fn renew(&mut self, at: Configuration<D>) -> bool {
+        self.term.renew(at)
+    }
+    fn covered_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
+        self.term.covered_step(at, displacement)
+    }
     fn element(&self, stencil: usize) -> Option<usize> {
         self.term.element(stencil)
     }

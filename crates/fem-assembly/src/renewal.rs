@@ -1,0 +1,63 @@
+//! Stencils that change: what is near touches, and what is near is not the same for ever.
+
+use crate::assembly::Assembly;
+use crate::configuration::Configuration;
+use crate::error::AssemblyError;
+use crate::plan;
+use std::sync::Arc;
+
+impl<const D: usize> Assembly<D> {
+    /// Asks every term for the stencils that `at` and its neighborhood need; true when some changed.
+    ///
+    /// Only what depends on changed stencils is planned anew. The pattern is another `Arc` when, and
+    /// only when, a pair of nodes is coupled that had no place in it: then a solver that has analyzed
+    /// the old one must be made again, as
+    /// [`solve_renewing`](crate::solve_renewing) does.
+    ///
+    /// # Errors
+    /// As [`AssemblyBuilder::term`](crate::AssemblyBuilder::term) and
+    /// [`AssemblyBuilder::build`](crate::AssemblyBuilder::build) of the new stencils; the assembly is
+    /// then no longer usable.
+    pub fn renew(&mut self, at: Configuration<D>) -> Result<bool, AssemblyError> {
+        let mut changed = vec![false; self.summands.len()];
+        let mut stencils = 0;
+        for (index, summand) in self.summands.iter_mut().enumerate() {
+            changed[index] = summand.term.renew(at);
+            if changed[index] {
+                summand.stencils = summand.term.stencils();
+                summand.stencils.check(index, self.rest.len())?;
+            }
+            summand.first_energy = stencils;
+            stencils += summand.stencils.count();
+        }
+        if !changed.contains(&true) {
+            return Ok(false);
+        }
+        if u32::try_from(stencils).is_err() {
+            return Err(AssemblyError::TooManyStencils { count: stencils });
+        }
+        self.plan_again(&changed)?;
+        Ok(true)
+    }
+
+    fn plan_again(&mut self, changed: &[bool]) -> Result<(), AssemblyError> {
+        let terms = || self.summands.iter().zip(changed);
+        let fits = terms().all(|(s, &c)| !c || plan::fits(&s.stencils, &self.dofs, &self.pattern));
+        if !fits {
+            self.pattern = Arc::new(plan::pattern(&self.dofs, &self.summands)?);
+        }
+        for chunk in &mut self.chunks {
+            let works = chunk.works.iter_mut().zip(&self.summands).zip(changed);
+            for ((work, summand), &changed) in works {
+                if changed || !fits {
+                    let stencils = &summand.stencils;
+                    *work = plan::work(stencils, &chunk.rows, &self.dofs, &self.pattern);
+                }
+            }
+        }
+        self.free = plan::free(&self.summands, &self.dofs);
+        self.free_pieces = plan::pieces(&self.summands, &self.free, true);
+        self.prescribed_pieces = plan::pieces(&self.summands, &self.free, false);
+        Ok(())
+    }
+}

@@ -1,0 +1,261 @@
+//! Which pairs of a surface are near each other.
+
+use super::flesh::FleshContactParams;
+use super::geometry::{Aabb, Point, cross, dot, nearest_on_triangle, norm, segment_distance, sub};
+use super::pair::{BAND, Kind, Pair};
+use super::surface::{Normals, Surface};
+use super::tree::BoxTree;
+use rayon::prelude::*;
+
+/// Of the normals of two edges, how much must lie along their common perpendicular.
+const SQUARE: f64 = 0.3;
+/// sin² from which on two edges have a common perpendicular.
+const SKEW: f64 = 0.005;
+
+/// Finds pairs; holds what it needs to be quick.
+#[derive(Clone, Debug)]
+pub(crate) struct Search {
+    pub surface: Surface,
+    pub params: FleshContactParams,
+    rest_triangles: Vec<Point>,
+    rest_edges: Vec<Point>,
+    /// Of each node of the mesh: the gap to what faces it at rest where that is less than the
+    /// activation; negative where it is behind.
+    pub clearance: Vec<f64>,
+    triangle_tree: BoxTree,
+    edge_tree: BoxTree,
+}
+
+/// One look at a configuration.
+struct Look<'a> {
+    positions: &'a [Point],
+    normals: Normals,
+    /// How much wider than what is felt.
+    margin: f64,
+}
+
+impl Search {
+    pub fn new(surface: Surface, params: FleshContactParams) -> Self {
+        let rest = surface.rest.clone();
+        let normals = surface.normals(&rest);
+        let mut search = Self {
+            clearance: vec![params.activation; rest.len()],
+            triangle_tree: BoxTree::new(&surface.triangle_boxes(&rest)),
+            edge_tree: BoxTree::new(&surface.edge_boxes(&rest)),
+            rest_triangles: normals.triangles,
+            rest_edges: normals.edges,
+            surface,
+            params,
+        };
+        search.measure_clearance(&rest);
+        search
+    }
+
+    /// Pairs that feel something in this configuration or would if their partners came nearer by
+    /// `margin`, meters; sorted by kind and nodes.
+    pub fn pairs(&mut self, positions: &[Point], margin: f64) -> Vec<Pair> {
+        let mut pairs = self.looked(positions, margin, &|search, look, kind, a, b| {
+            search.candidate(look, kind, a, b)
+        });
+        pairs.sort_unstable_by_key(|p| (p.kind, p.nodes));
+        pairs
+    }
+
+    /// What is found in the pairs (point, triangle) and (edge, edge) whose boxes are near.
+    fn looked<T: Send>(
+        &mut self,
+        positions: &[Point],
+        margin: f64,
+        found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
+    ) -> Vec<T> {
+        self.triangle_tree
+            .fit(&self.surface.triangle_boxes(positions));
+        let boxes = self.surface.edge_boxes(positions);
+        self.edge_tree.fit(&boxes);
+        let search = &*self;
+        let look = Look {
+            positions,
+            normals: self.surface.normals(positions),
+            margin,
+        };
+        let reach = self.params.activation.max(self.params.depth) + margin;
+        let of_point = |&node: &u32| {
+            let around = Aabb::around([positions[node as usize]]).grown(reach);
+            let near = search.triangle_tree.near(&around).into_iter();
+            near.filter_map(|t| found(search, &look, Kind::Point, node as usize, t as usize))
+                .collect::<Vec<T>>()
+        };
+        let of_edge = |(edge, around): (usize, &Aabb)| {
+            let near = search.edge_tree.near(&around.grown(reach)).into_iter();
+            near.filter(|&other| other as usize > edge)
+                .filter_map(|other| found(search, &look, Kind::EdgeAlong, edge, other as usize))
+                .collect::<Vec<T>>()
+        };
+        let points: Vec<Vec<T>> = self.surface.points.par_iter().map(of_point).collect();
+        let edges: Vec<Vec<T>> = boxes.par_iter().enumerate().map(of_edge).collect();
+        points.into_iter().chain(edges).flatten().collect()
+    }
+
+    fn measure_clearance(&mut self, rest: &[Point]) {
+        let found = self.looked(rest, 0.0, &|search, look, kind, a, b| {
+            let pair = search.facing(look, kind, a, b)?;
+            let (gap, weight) = pair.gap(look.positions);
+            let x = pair.nodes.map(|n| look.positions[n as usize]);
+            let clearance = if weight > 0.0 {
+                gap
+            } else if kind == Kind::Point {
+                norm(sub(x[0], nearest_on_triangle(x[0], [x[1], x[2], x[3]])))
+            } else {
+                segment_distance([x[0], x[1]], [x[2], x[3]])
+            };
+            (clearance >= -search.params.depth).then_some((pair.nodes, clearance))
+        });
+        for (nodes, clearance) in found {
+            for n in nodes {
+                let known = &mut self.clearance[n as usize];
+                *known = known.min(clearance);
+            }
+        }
+    }
+
+    fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
+        let pair = self.facing(look, kind, a, b)?;
+        let x = pair.nodes.map(|n| look.positions[n as usize]);
+        let (gap, shares, sizes) = if pair.kind == Kind::Point {
+            on_triangle(x)
+        } else {
+            on_edges(pair.kind, x)
+        };
+        let high = pair.activation + look.margin;
+        let near = gap <= high && gap >= -self.params.depth - look.margin;
+        let over = |(share, size): (&f64, &f64)| *share >= -BAND - look.margin / size;
+        (near && shares.iter().zip(&sizes).all(over)).then_some(pair)
+    }
+
+    /// The pair, if its partners face each other and were not neighbors or two sides of one piece of
+    /// flesh at rest.
+    fn facing(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
+        if kind == Kind::Point {
+            self.facing_point(look, a, b)
+        } else {
+            self.facing_edges(look, a, b)
+        }
+    }
+
+    fn facing_point(&self, look: &Look, node: usize, triangle: usize) -> Option<Pair> {
+        let corners = self.surface.triangles[triangle];
+        let normals = [look.normals.nodes[node], look.normals.triangles[triangle]];
+        if !(dot(normals[0], normals[1]) < 0.0) || self.surface.are_neighbors(node as u32, &corners)
+        {
+            return None;
+        }
+        let rest = &self.surface.rest;
+        let (p, t) = (rest[node], self.surface.corners(rest, &corners));
+        let behind = dot(self.rest_triangles[triangle], sub(p, t[0])) < 0.0;
+        if behind
+            && !self.surface.buried[node]
+            && self.is_thin(norm(sub(p, nearest_on_triangle(p, t))))
+        {
+            return None;
+        }
+        let [b, c, d] = corners;
+        let share = 0.5 * self.surface.area[node];
+        Some(self.pair([node as u32, b, c, d], Kind::Point, share))
+    }
+
+    fn facing_edges(&self, look: &Look, first: usize, second: usize) -> Option<Pair> {
+        let surface = &self.surface;
+        let normals = [look.normals.edges[first], look.normals.edges[second]];
+        if !(dot(normals[0], normals[1]) < 0.0) {
+            return None;
+        }
+        let [a, b] = [first, second].map(|e| surface.edges[e].nodes);
+        if a.iter().any(|&n| surface.are_neighbors(n, &b)) {
+            return None;
+        }
+        let ends = |e: [u32; 2]| e.map(|n| look.positions[n as usize]);
+        let direction = |[p, q]: [Point; 2]| sub(q, p);
+        let (e, f) = (direction(ends(a)), direction(ends(b)));
+        let across = cross(e, f);
+        let length = norm(across);
+        let apart = sub(normals[0], normals[1]);
+        let along = dot(across, apart);
+        if !(length * length > SKEW * dot(e, e) * dot(f, f))
+            || !(along.abs() > SQUARE * length * norm(apart))
+        {
+            return None;
+        }
+        let rest = &surface.rest;
+        let way = sub(surface.middle(rest, second), surface.middle(rest, first));
+        let behind =
+            dot(self.rest_edges[first], way) < 0.0 && dot(self.rest_edges[second], way) > 0.0;
+        let at_rest = |e: [u32; 2]| e.map(|n| rest[n as usize]);
+        let buried = a.iter().chain(&b).any(|&n| surface.buried[n as usize]);
+        if behind && !buried && self.is_thin(segment_distance(at_rest(a), at_rest(b))) {
+            return None;
+        }
+        let kind = if along > 0.0 {
+            Kind::EdgeAlong
+        } else {
+            Kind::EdgeAgainst
+        };
+        let areas = [surface.edge_area[first], surface.edge_area[second]];
+        let share = 0.5 * areas[0] * areas[1] / (areas[0] + areas[1]);
+        Some(self.pair([a[0], a[1], b[0], b[1]], kind, share))
+    }
+
+    /// Could the other side of one piece of flesh, so far away at rest, be taken for a partner that
+    /// was entered?
+    fn is_thin(&self, distance: f64) -> bool {
+        distance <= 2.0 * (self.params.depth + self.params.margin)
+    }
+
+    fn pair(&self, nodes: [u32; 4], kind: Kind, area: f64) -> Pair {
+        let FleshContactParams {
+            activation,
+            pressure,
+            ..
+        } = self.params;
+        let least = |d: f64, &n: &u32| d.min(self.clearance[n as usize]);
+        let own = nodes.iter().fold(activation, least);
+        Pair {
+            nodes,
+            kind,
+            force: pressure * area,
+            activation: own,
+            length: own.max(0.25 * activation),
+        }
+    }
+}
+
+/// Gap, barycentric coordinates, heights.
+fn on_triangle([x, a, b, c]: [Point; 4]) -> (f64, [f64; 4], [f64; 4]) {
+    let (e, f, u) = (sub(b, a), sub(c, a), sub(x, a));
+    let normal = cross(e, f);
+    let doubled = norm(normal);
+    let square = doubled * doubled;
+    let second = dot(cross(u, f), normal) / square;
+    let third = dot(cross(e, u), normal) / square;
+    let height = |side: Point| doubled / norm(side);
+    (
+        dot(u, normal) / doubled,
+        [1.0 - second - third, second, third, 1.0],
+        [height(sub(c, b)), height(f), height(e), 1.0],
+    )
+}
+
+/// Gap, shares of both edges before and behind the nearest points of their lines, lengths.
+fn on_edges(kind: Kind, [p, q, r, s]: [Point; 4]) -> (f64, [f64; 4], [f64; 4]) {
+    let (e, f, u) = (sub(q, p), sub(s, r), sub(r, p));
+    let across = cross(e, f);
+    let square = dot(across, across);
+    let first = dot(cross(u, f), across) / square;
+    let second = dot(cross(u, e), across) / square;
+    let gap = dot(u, across) / square.sqrt();
+    let (le, lf) = (norm(e), norm(f));
+    (
+        if kind == Kind::EdgeAlong { gap } else { -gap },
+        [first, 1.0 - first, second, 1.0 - second],
+        [le, le, lf, lf],
+    )
+}

@@ -1,0 +1,198 @@
+//! A surface that may touch itself: its points, triangles and edges with what stays as it is at rest.
+
+use super::geometry::{Aabb, Point, add, cross, norm, scale, solid_angle, sub, unit};
+use crate::error::AssemblyError;
+use crate::mesh::SimplexMesh;
+use rayon::prelude::*;
+
+/// An edge of the surface.
+#[derive(Clone, Debug)]
+pub(crate) struct Edge {
+    pub nodes: [u32; 2],
+    /// The triangles beside it; the same twice at the surface's rim.
+    pub triangles: [u32; 2],
+}
+
+/// Triangles seen counter-clockwise from outside, and what belongs to them.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface {
+    pub rest: Vec<Point>,
+    pub triangles: Vec<[u32; 3]>,
+    pub edges: Vec<Edge>,
+    /// Its nodes, ascending.
+    pub points: Vec<u32>,
+    /// Of each node of the mesh: a third of the triangles around it at rest, m².
+    pub area: Vec<f64>,
+    /// Of each edge: a third of the triangles beside it at rest, m².
+    pub edge_area: Vec<f64>,
+    /// Of each node of the mesh: the nodes of the surface within a few edges, ascending.
+    near: Vec<Vec<u32>>,
+    /// Of each node of the mesh: does it lie inside flesh at rest?
+    pub buried: Vec<bool>,
+}
+
+/// Outward unit normals in some configuration.
+pub(crate) struct Normals {
+    pub triangles: Vec<Point>,
+    /// Of every node of the mesh; 0 off the surface.
+    pub nodes: Vec<Point>,
+    pub edges: Vec<Point>,
+}
+
+impl Surface {
+    pub fn new(
+        mesh: &SimplexMesh<3>,
+        triangles: &[[u32; 3]],
+        neighbors: usize,
+    ) -> Result<Self, AssemblyError> {
+        let (rest, count) = (mesh.nodes().to_vec(), mesh.num_nodes());
+        let named = triangles.as_flattened().iter();
+        if let Some(&node) = named.clone().find(|&&n| n as usize >= count) {
+            let node = node as usize;
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
+        let mut points: Vec<u32> = named.copied().collect();
+        points.sort_unstable();
+        points.dedup();
+        let edges = edges_of(triangles);
+        let mut area = vec![0.0; count];
+        let third: Vec<f64> = triangles.iter().map(|t| doubled(&rest, t) / 6.0).collect();
+        for (triangle, third) in triangles.iter().zip(&third) {
+            triangle.iter().for_each(|&n| area[n as usize] += third);
+        }
+        let beside = |e: &Edge| match e.triangles {
+            [a, b] if a == b => third[a as usize],
+            [a, b] => third[a as usize] + third[b as usize],
+        };
+        let mut surface = Self {
+            edge_area: edges.iter().map(beside).collect(),
+            near: rings(count, &edges, neighbors),
+            buried: vec![false; count],
+            rest,
+            triangles: triangles.to_vec(),
+            edges,
+            points,
+            area,
+        };
+        surface.buried = surface.buried_nodes(mesh);
+        Ok(surface)
+    }
+
+    /// The winding number of the whole boundary says it: about ½ on a surface, 1 more inside.
+    fn buried_nodes(&self, mesh: &SimplexMesh<3>) -> Vec<bool> {
+        let mut buried = vec![false; self.rest.len()];
+        let faces = mesh.boundary().faces;
+        let winding = |&node: &u32| {
+            let p = self.rest[node as usize];
+            let around = faces.iter().filter(|f| !f.contains(&node));
+            let angle: f64 = around
+                .map(|f| solid_angle(p, self.corners(&self.rest, f)))
+                .sum();
+            angle / (4.0 * std::f64::consts::PI)
+        };
+        let windings: Vec<f64> = self.points.par_iter().map(winding).collect();
+        for (&node, winding) in self.points.iter().zip(windings) {
+            buried[node as usize] = winding > 1.0;
+        }
+        buried
+    }
+
+    pub fn corners(&self, positions: &[Point], triangle: &[u32; 3]) -> [Point; 3] {
+        triangle.map(|n| positions[n as usize])
+    }
+
+    /// Is some node of `others` a few edges from the node at most?
+    pub fn are_neighbors(&self, node: u32, others: &[u32]) -> bool {
+        let near = &self.near[node as usize];
+        others.iter().any(|n| near.binary_search(n).is_ok())
+    }
+
+    pub fn normals(&self, positions: &[Point]) -> Normals {
+        let mut nodes = vec![[0.0; 3]; positions.len()];
+        let mut triangles = Vec::with_capacity(self.triangles.len());
+        for triangle in &self.triangles {
+            let [a, b, c] = self.corners(positions, triangle);
+            let normal = cross(sub(b, a), sub(c, a));
+            triangles.push(unit(normal));
+            for &n in triangle {
+                nodes[n as usize] = add(nodes[n as usize], normal);
+            }
+        }
+        let of_edge = |e: &Edge| {
+            let [a, b] = e.triangles.map(|t| triangles[t as usize]);
+            unit(add(a, b))
+        };
+        Normals {
+            edges: self.edges.iter().map(of_edge).collect(),
+            nodes: nodes.into_iter().map(unit).collect(),
+            triangles,
+        }
+    }
+
+    /// Boxes of the triangles, with the bands around them.
+    pub fn triangle_boxes(&self, positions: &[Point]) -> Vec<Aabb> {
+        let around = |t: &[u32; 3]| banded(Aabb::around(self.corners(positions, t)));
+        self.triangles.iter().map(around).collect()
+    }
+
+    /// Boxes of the edges, with the bands at their ends.
+    pub fn edge_boxes(&self, positions: &[Point]) -> Vec<Aabb> {
+        let ends = |e: &Edge| e.nodes.map(|n| positions[n as usize]);
+        let around = |e: &Edge| banded(Aabb::around(ends(e)));
+        self.edges.iter().map(around).collect()
+    }
+
+    /// The middle of an edge.
+    pub fn middle(&self, positions: &[Point], edge: usize) -> Point {
+        let [a, b] = self.edges[edge].nodes.map(|n| positions[n as usize]);
+        scale(add(a, b), 0.5)
+    }
+}
+
+fn banded(around: Aabb) -> Aabb {
+    around.grown(super::pair::BAND * norm(sub(around.high, around.low)))
+}
+
+fn doubled(positions: &[Point], triangle: &[u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|n| positions[n as usize]);
+    norm(cross(sub(b, a), sub(c, a)))
+}
+
+/// In lexical order of their nodes.
+fn edges_of(triangles: &[[u32; 3]]) -> Vec<Edge> {
+    let mut sides = Vec::with_capacity(3 * triangles.len());
+    for (index, t) in triangles.iter().enumerate() {
+        for [a, b] in [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]] {
+            sides.push(([a.min(b), a.max(b)], index as u32));
+        }
+    }
+    sides.sort_unstable();
+    let edge = |equal: &[([u32; 2], u32)]| Edge {
+        nodes: equal[0].0,
+        triangles: [equal[0].1, equal[equal.len() - 1].1],
+    };
+    sides.chunk_by(|a, b| a.0 == b.0).map(edge).collect()
+}
+
+/// The nodes within so many edges of each node, itself included.
+fn rings(count: usize, edges: &[Edge], steps: usize) -> Vec<Vec<u32>> {
+    let mut beside = vec![Vec::new(); count];
+    for Edge { nodes: [a, b], .. } in edges {
+        beside[*a as usize].push(*b);
+        beside[*b as usize].push(*a);
+    }
+    let of = |node: usize| {
+        let mut near = vec![node as u32];
+        for _ in 0..steps {
+            let next = near
+                .iter()
+                .flat_map(|&n| beside[n as usize].iter().copied());
+            let mut wider: Vec<u32> = next.chain(near.iter().copied()).collect();
+            wider.sort_unstable();
+            wider.dedup();
+            near = wider;
+        }
+        near
+    };
+    (0..count).into_par_iter().map(of).collect()
+}
