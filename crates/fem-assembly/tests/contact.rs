@@ -1,0 +1,197 @@
+//! Flesh against flesh: differences, threads, blocks pressed together, a start from penetration.
+
+use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
+use fem_assembly::{
+    Assembly, AssemblyBuilder, Dofs, FleshContact, FleshContactParams, Quasistatic, solve_renewing,
+};
+use fem_kinematics::HessianProjection;
+use fem_materials::NeoHookean;
+use fem_solvers::{
+    BlockSymmetric, LinearOperator, LinearSolver, Newton, NewtonParams, ProjectionPolicy,
+};
+
+type Point = [f64; 3];
+const PARAMS: FleshContactParams = FleshContactParams {
+    activation: 0.05,
+    pressure: 1e5,
+    depth: 0.3,
+    margin: 0.2,
+    neighbors: 2,
+};
+
+/// Two blocks, the upper one turned and shifted, `gap` above the lower, which is [0, 1]² × [0, 1].
+fn blocks(gap: f64) -> SimplexMesh<3> {
+    let low = kuhn_grid(4, 4, 3, [1.0; 3]).unwrap();
+    let high = kuhn_grid(3, 3, 2, [0.8, 0.8, 0.7]).unwrap();
+    let turned = high.nodes().iter().map(|p| {
+        let (s, c) = 0.3_f64.sin_cos();
+        [
+            0.2 + c * p[0] - s * p[1],
+            0.03 + s * p[0] + c * p[1],
+            1.0 + gap + p[2],
+        ]
+    });
+    let nodes: Vec<Point> = low.nodes().iter().copied().chain(turned).collect();
+    let first = low.num_nodes() as u32;
+    let above = high.connectivity().iter().map(|n| n + first);
+    let elements = low.connectivity().iter().copied().chain(above).collect();
+    SimplexMesh::new(nodes, elements).unwrap()
+}
+
+fn assembly(mesh: &SimplexMesh<3>, gap: f64) -> Assembly<3> {
+    with_pressure(mesh, gap, PARAMS.pressure)
+}
+
+fn with_pressure(mesh: &SimplexMesh<3>, gap: f64, pressure: f64) -> Assembly<3> {
+    let params = FleshContactParams { pressure, ..PARAMS };
+    let rest = mesh.nodes();
+    let held = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] > 1.65 + gap;
+    let prescribed: Vec<usize> = (0..rest.len()).filter(held).collect();
+    let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
+    let flesh = NeoHookean {
+        mu: 1e4,
+        lambda: 4e4,
+    };
+    let contact = FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap();
+    let builder = AssemblyBuilder::new(mesh, dofs).unwrap();
+    builder
+        .material(flesh)
+        .unwrap()
+        .term(contact)
+        .unwrap()
+        .build()
+        .unwrap()
+}
+
+/// Everything above the lower block, lower by `by`.
+fn lowered(mesh: &SimplexMesh<3>, by: f64) -> Vec<Point> {
+    let rest = mesh.nodes().iter().enumerate();
+    let of = |(n, p): (usize, &Point)| [p[0], p[1], p[2] - if n >= 100 { by } else { 0.0 }];
+    rest.map(of).collect()
+}
+
+fn force(assembly: &Assembly<3>, x: &[Point]) -> Vec<f64> {
+    let mut g = vec![0.0; assembly.dofs().unknowns()];
+    assembly.gradient(assembly.configuration(x, &[]).unwrap(), &mut g);
+    g
+}
+
+fn moved(assembly: &Assembly<3>, x: &[Point], d: &[f64], t: f64) -> Vec<Point> {
+    let mut u = assembly.dofs().gather(x);
+    u.iter_mut().zip(d).for_each(|(u, d)| *u += t * d);
+    let mut all = x.to_vec();
+    assembly.dofs().scatter(&u, &mut all);
+    all
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[test]
+fn derivatives_hold_along_random_directions_and_along_the_gradient() {
+    let mesh = blocks(0.1);
+    let mut assembly = assembly(&mesh, 0.1);
+    let quiet = lowered(&mesh, 0.12);
+    let wave = |n: usize, i: usize| 0.004 * (3.7 * n as f64 + 1.3 * i as f64).sin();
+    let x: Vec<Point> = (0..quiet.len())
+        .map(|n| std::array::from_fn(|i| quiet[n][i] + wave(n, i)))
+        .collect();
+    assembly
+        .renew(assembly.configuration(&x, &[]).unwrap())
+        .unwrap();
+    let g = force(&assembly, &x);
+    let largest = g.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    assert!(largest > 1.0, "{largest}");
+    let random = |p: f64| {
+        (0..g.len())
+            .map(|i| (12.9898 * i as f64 + p).sin())
+            .collect()
+    };
+    let along = g.iter().map(|v| v / largest).collect();
+    for direction in [random(0.3), random(1.9), along] {
+        let direction: Vec<f64> = direction;
+        let at = assembly.configuration(&x, &[]).unwrap();
+        let energy = |t| {
+            let y = moved(&assembly, &x, &direction, t);
+            assembly.energy(assembly.configuration(&y, &[]).unwrap())
+        };
+        let h = 1e-5;
+        let slope =
+            (8.0 * (energy(h) - energy(-h)) - energy(2.0 * h) + energy(-2.0 * h)) / (12.0 * h);
+        let scale = dot(&g, &g).sqrt() * dot(&direction, &direction).sqrt();
+        assert!(
+            (slope - dot(&g, &direction)).abs() <= 1e-6 * scale,
+            "{slope}"
+        );
+        let mut matrix = BlockSymmetric::zeros(assembly.pattern().clone());
+        assembly.hessian(at, HessianProjection::None, &mut matrix);
+        let mut product = vec![0.0; g.len()];
+        matrix.apply(&direction, &mut product);
+        let of = |t| force(&assembly, &moved(&assembly, &x, &direction, t));
+        let (a, b, c, d) = (of(h), of(-h), of(2.0 * h), of(-2.0 * h));
+        let top = product.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        for i in 0..g.len() {
+            let slope = (8.0 * (a[i] - b[i]) - c[i] + d[i]) / (12.0 * h);
+            assert!(
+                (slope - product[i]).abs() <= 1e-6 * top,
+                "{slope} {}",
+                product[i]
+            );
+        }
+    }
+}
+
+#[test]
+fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_same_bits() {
+    let solve = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| {
+            let mesh = blocks(0.1);
+            let mut assembly = with_pressure(&mesh, 0.1, 1e4);
+            let start = lowered(&mesh, 0.16); // 0.06 inside each other
+            let problem = Quasistatic::new(&assembly, start.clone(), vec![]).unwrap();
+            let mut newton = Newton::new(&problem);
+            let params = NewtonParams {
+                projection: ProjectionPolicy::ExactThenShifted,
+                linear_solver: LinearSolver::Direct,
+                max_iterations: 200,
+                ..NewtonParams::default()
+            };
+            let done = solve_renewing(&mut assembly, &mut newton, start, &[], &params).unwrap();
+            let forces =
+                assembly.forces_everywhere(assembly.configuration(&done.positions, &[]).unwrap());
+            (done, forces)
+        })
+    };
+    let (done, forces) = solve(1);
+    let lowest = done.positions[100..]
+        .iter()
+        .fold(f64::INFINITY, |m, p| m.min(p[2]));
+    let inner = (0..3).all(|i| forces.iter().map(|f| f[i]).sum::<f64>().abs() < 1e-6);
+    let pressed: f64 = forces[..100].iter().map(|f| f[2]).sum();
+    assert!(inner && pressed < -10.0, "{pressed}");
+    assert!(lowest > 0.8, "{lowest}");
+    for threads in [2, 3, 8] {
+        assert!(
+            solve(threads) == (done.clone(), forces.clone()),
+            "{threads} threads"
+        );
+    }
+}
+
+#[test]
+fn nothing_is_felt_and_no_pattern_changes_where_nothing_is_near() {
+    let mesh = blocks(2.0);
+    let mut far = assembly(&mesh, 2.0);
+    let pattern = far.pattern().clone();
+    let contact = FleshContact::new(&mesh, &mesh.boundary().faces, PARAMS).unwrap();
+    assert_eq!(contact.pairs(), 0);
+    let x = lowered(&mesh, 0.5);
+    assert!(!far.renew(far.configuration(&x, &[]).unwrap()).unwrap());
+    assert!(std::sync::Arc::ptr_eq(&pattern, far.pattern()));
+    // 0.01 apart at rest, a fifth of the activation: silent all the same.
+    let mesh = blocks(0.01);
+    let near = assembly(&mesh, 0.01);
+    assert!(force(&near, mesh.nodes()).iter().all(|g| g.abs() < 1e-9));
+}
