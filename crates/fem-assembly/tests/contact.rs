@@ -2,7 +2,8 @@
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    Assembly, AssemblyBuilder, Dofs, FleshContact, FleshContactParams, Quasistatic, solve_renewing,
+    Assembly, AssemblyBuilder, Dofs, FleshContact, FleshContactParams, Quasistatic, Term,
+    solve_renewing,
 };
 use fem_kinematics::HessianProjection;
 use fem_materials::NeoHookean;
