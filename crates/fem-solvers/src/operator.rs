@@ -40,6 +40,17 @@ pub trait MatrixPreconditioner<const D: usize>: Preconditioner {
         &mut self,
         matrix: &crate::BlockSymmetric<D>,
     ) -> Result<(), crate::PreconditionerError>;
+
+    /// The same for an operator that is only known by its products.
+    ///
+    /// # Errors
+    /// [`PreconditionerError::NeedsMatrix`](crate::PreconditionerError) unless overridden.
+    fn update_products(
+        &mut self,
+        _operator: &dyn LinearOperator,
+    ) -> Result<(), crate::PreconditionerError> {
+        Err(crate::PreconditionerError::NeedsMatrix)
+    }
 }
 
 /// An operator taken for positive definite on trust.

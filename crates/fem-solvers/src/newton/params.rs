@@ -257,7 +257,7 @@ pub enum NewtonFailure {
         "the problem's pattern differs from the one the solver was made for; make a new solver"
     )]
     PatternMismatch,
-    /// The factorization failed even with a projected, shifted Hessian.
+    /// A factorization failed.
     #[error("linear solve: {0}")]
     Cholesky(#[from] CholeskyError),
     /// Conjugate gradients failed.
@@ -266,6 +266,19 @@ pub enum NewtonFailure {
     /// No preconditioner.
     #[error("linear solve: {0}")]
     Preconditioner(#[from] PreconditionerError),
+    /// The tangent is not positive definite, whatever is added to its diagonal.
+    #[error("the tangent is not positive definite, not even with {shift:e} on its diagonal")]
+    Indefinite {
+        /// The last number that was added, in the unit of the Hessian.
+        shift: f64,
+        /// The block row that a factorization refused last, where there is a matrix to factor.
+        block_row: Option<usize>,
+    },
+    /// The linear solver needs a matrix, the problem gives only products with its Hessian.
+    #[error(
+        "the problem gives only products with its Hessian: use conjugate gradients with a preconditioner that needs no matrix"
+    )]
+    NeedsMatrix,
     /// Dense QR was asked for too large a system.
     #[error(
         "dense QR is limited to {limit} unknowns, the problem has {found}; use another linear solver"
