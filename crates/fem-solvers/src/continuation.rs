@@ -29,6 +29,7 @@ impl Default for ContinuationParams {
 
 /// A walk that reached the end of its path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ContinuationInfo {
     /// Places that were solved.
     pub steps: usize,

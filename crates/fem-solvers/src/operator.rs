@@ -2,6 +2,7 @@
 
 /// What the maker of an operator vouches for. Solvers insist on it instead of guessing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Structure {
     /// Nothing is known.
     General,

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// How the Newton direction is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LinearSolver {
     /// Sparse Cholesky, `f64`.
     Direct,
@@ -32,6 +33,7 @@ pub enum LinearSolver {
 
 /// Which preconditioner conjugate gradients use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PreconditionerChoice {
     /// None: document 000, Algorithm 1.
     Identity,
@@ -43,6 +45,7 @@ pub enum PreconditionerChoice {
 
 /// When to use a projected Hessian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ProjectionPolicy {
     /// The exact one first; the projected one for a step whose matrix shows negative curvature.
     ExactFirst,
@@ -152,6 +155,7 @@ impl NewtonParams {
 
 /// Which test ended a converged solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StopReason {
     /// The absolute gradient tolerance.
     Gradient,
@@ -167,6 +171,7 @@ pub enum StopReason {
 
 /// One step, for an observer. `t = 0` and `step = 0` in the report of the starting point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NewtonIteration {
     /// Steps taken so far.
     pub iteration: usize,
@@ -188,6 +193,7 @@ pub struct NewtonIteration {
 
 /// A converged solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NewtonInfo {
     /// Newton steps.
     pub iterations: usize,

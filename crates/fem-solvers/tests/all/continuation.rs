@@ -198,7 +198,10 @@ fn a_predictor_lengthens_the_steps_and_starts_from_the_last_solution() {
     };
     let ((plain, _), (predicted, guesses)) = (walk(false), walk(true));
     // The tangent leaves the square of the step, √0.1 = 0.32; without it a step of ds costs 2 s ds.
-    assert!(plain.steps >= 10 && predicted.steps <= 6, "{plain:?} {predicted:?}");
+    assert!(
+        plain.steps >= 10 && predicted.steps <= 6,
+        "{plain:?} {predicted:?}"
+    );
     let mut last = 0.0;
     for (s, guess) in guesses {
         assert_eq!(guess, last * last + 2.0 * last * (s - last));

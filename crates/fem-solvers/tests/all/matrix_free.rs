@@ -162,7 +162,10 @@ impl MatrixPreconditioner<2> for KnownDiagonal {
     fn update(&mut self, _: &fem_solvers::BlockSymmetric<2>) -> Result<(), PreconditionerError> {
         Ok(())
     }
-    fn update_products(&mut self, operator: &dyn LinearOperator) -> Result<(), PreconditionerError> {
+    fn update_products(
+        &mut self,
+        operator: &dyn LinearOperator,
+    ) -> Result<(), PreconditionerError> {
         assert_eq!(operator.dim(), 12);
         Ok(())
     }

@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 /// What a [`DescentDirection`] found out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DescentOutcome {
     /// `dx` is a direction; Newton's method still checks that it is finite and leads downhill.
     Found,
@@ -28,6 +29,7 @@ pub enum DescentOutcome {
 
 /// An outcome and the work that it took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Descent {
     /// What was found out.
     pub outcome: DescentOutcome,
