@@ -36,6 +36,11 @@ impl<const D: usize> BlockIc0<D> {
         Ok(made)
     }
 
+    #[cfg(test)]
+    pub(super) fn memory(&self) -> *const [[f64; D]; D] {
+        self.values.as_ptr()
+    }
+
     /// The relative diagonal shift that was needed, 0 when none was.
     pub fn shift(&self) -> f64 {
         self.shift

@@ -55,6 +55,11 @@ impl<const D: usize> BlockJacobi<D> {
         made.update(matrix)?;
         Ok(made)
     }
+
+    #[cfg(test)]
+    pub(super) fn memory(&self) -> *const [[f64; D]; D] {
+        self.inverses.as_ptr()
+    }
 }
 
 impl<const D: usize> Preconditioner for BlockJacobi<D> {

@@ -6,12 +6,15 @@ use fem_solvers::{
     Newton, NewtonFailure, NewtonInfo, NewtonParams, NonlinearProblem, PcgDirection,
     Preconditioner, PreconditionerError, ProjectionPolicy,
 };
+use std::cell::Cell;
 
 /// The forces and products of Rosenbrock's valley, entry by entry.
 struct Products {
     inner: Rosenbrock,
     /// Whether a projected product leaves the indefinite part out.
     projects: bool,
+    /// Whether a projected product was asked for.
+    asked: Cell<bool>,
 }
 
 const COUPLING: f64 = 2.0;
@@ -27,6 +30,9 @@ impl NonlinearProblem<2> for Products {
         self.inner.gradient(x, g);
     }
     fn hessian_vector(&self, x: &[f64], projection: HessianProjection, v: &[f64], y: &mut [f64]) {
+        if projection != HessianProjection::None {
+            self.asked.set(true);
+        }
         for i in 0..self.blocks() {
             let (a, b) = (x[2 * i], x[2 * i + 1]);
             let bend = -400.0 * (b - a * a);
@@ -55,6 +61,7 @@ fn problem(projects: bool) -> Products {
     Products {
         inner: Rosenbrock::new(6, COUPLING),
         projects,
+        asked: Cell::new(false),
     }
 }
 
@@ -126,6 +133,8 @@ fn indefinite_products_are_projected_or_shifted() {
             .solve(&problem, &mut x, &params)
             .unwrap();
         assert!(info.projected_steps > 0, "{projection:?} {projects}");
+        let shifts_only = projection == ProjectionPolicy::ExactThenShifted;
+        assert_eq!(problem.asked.get(), !shifts_only);
         assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-9), "{x:?}");
     }
 }
