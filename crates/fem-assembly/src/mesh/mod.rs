@@ -18,6 +18,7 @@ mod error;
 #[cfg(feature = "vtk")]
 mod file;
 mod grid;
+mod quadratic;
 mod quality;
 mod refine;
 mod simplex;
@@ -30,6 +31,7 @@ pub use error::{Ids, MeshError};
 #[cfg(feature = "vtk")]
 pub use file::{DataArray, MeshFile, MeshFileError, Values};
 pub use grid::kuhn_grid;
+pub use quadratic::QuadraticMesh;
 pub use quality::{Distribution, Quality};
 pub use refine::Refined;
 pub use simplex::SimplexMesh;
