@@ -228,7 +228,7 @@ impl Rig {
                     source: Box::new(source),
                 })
             }
-            Err(error) => Err(RigError::Walk(error)),
+            Err(error) => Err(RigError::Walk(Box::new(error))),
         }
     }
 

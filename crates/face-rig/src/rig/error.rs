@@ -46,7 +46,7 @@ pub enum RigError {
     },
     /// The steps of the way to a pose make no sense.
     #[error("the way to the pose: {0}")]
-    Walk(ContinuationError<NewtonError>),
+    Walk(Box<ContinuationError<NewtonError>>),
     /// The stiffness at an equilibrium is not positive definite: the pose is at a fold, where
     /// dx/dθ does not exist.
     #[error("the equilibrium is not stable, dx/dθ does not exist here: {0}")]

@@ -345,7 +345,8 @@ fn check<E>(
         length("prior.weights", &p.weights, n)?;
         length("prior.values", &p.values, n)?;
         for &w in &p.weights {
-            range("a prior weight", w, w >= 0.0 && w < f64::INFINITY, "[0, ∞)")?;
+            let good = (0.0..f64::INFINITY).contains(&w);
+            range("a prior weight", w, good, "[0, ∞)")?;
         }
         for &v in &p.values {
             range("a prior value", v, v.is_finite(), "(-∞, ∞)")?;
