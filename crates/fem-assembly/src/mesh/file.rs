@@ -1,15 +1,19 @@
 //! A mesh file in memory: points, cells and named data arrays.
 
 use super::array::{Checked, DataArray};
+use super::error::MeshError;
 use super::file_error::MeshFileError;
+use super::quadratic::QuadraticMesh;
 use super::simplex::SimplexMesh;
 use super::validate::{Orientation, Orphans, Repairs};
 use super::vtk;
 use std::path::{Path, PathBuf};
 
-/// VTK's cell type of a triangle and of a tetrahedron.
+/// VTK's cell types.
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
+const QUADRATIC_TRIANGLE: u8 = 22;
+const QUADRATIC_TETRAHEDRON: u8 = 24;
 
 /// What a VTU or legacy VTK file holds: points, cells of any kind, and data arrays by name.
 ///
@@ -35,7 +39,7 @@ pub struct MeshFile {
     pub connectivity: Vec<u32>,
     /// Where each cell ends in `connectivity`.
     pub offsets: Vec<u32>,
-    /// VTK's type of each cell (5 triangle, 10 tetrahedron).
+    /// VTK's type of each cell (5 triangle, 10 tetrahedron, 22 and 24 the quadratic ones).
     pub cell_types: Vec<u8>,
     /// Arrays with a value for each point.
     pub point_data: Vec<DataArray>,
@@ -44,10 +48,14 @@ pub struct MeshFile {
 }
 
 impl MeshFile {
-    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid; every array is returned.
+    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid, in any of the ways in which
+    /// VTK writes them: text, base64, appended (raw or base64); zlib, LZ4, LZMA; 32 or 64 bits;
+    /// either byte order; legacy 1.0 to 5.1. Every array of numbers on points and cells is returned;
+    /// texts, and data of the file as a whole, are not.
     ///
     /// # Errors
-    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error, not left out.
+    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error that names
+    /// it, not left out. A file takes no more memory than its points, cells and bytes account for.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshFileError> {
         vtk::read(path.as_ref())
     }
@@ -72,6 +80,21 @@ impl MeshFile {
     /// A surface of triangles without data; positions in meters.
     pub fn from_triangles(points: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Self {
         Self::from_cells(points, triangles.as_flattened().to_vec(), 3, TRIANGLE)
+    }
+    /// A mesh of quadratic tetrahedra without data.
+    pub fn from_quadratic_tets(mesh: &QuadraticMesh<3>) -> Self {
+        let connectivity = mesh.connectivity().to_vec();
+        Self::from_cells(
+            mesh.nodes().to_vec(),
+            connectivity,
+            10,
+            QUADRATIC_TETRAHEDRON,
+        )
+    }
+    /// A plane mesh of quadratic triangles at z = 0 without data.
+    pub fn from_quadratic_triangles(mesh: &QuadraticMesh<2>) -> Self {
+        let points = mesh.nodes().iter().map(|&[x, y]| [x, y, 0.0]).collect();
+        Self::from_cells(points, mesh.connectivity().to_vec(), 6, QUADRATIC_TRIANGLE)
     }
     fn from_cells(points: Vec<[f64; 3]>, connectivity: Vec<u32>, nodes: u32, kind: u8) -> Self {
         let cells = connectivity.len() as u32 / nodes;
@@ -108,12 +131,51 @@ impl MeshFile {
         orphans: Orphans,
     ) -> Result<(SimplexMesh<3>, Repairs), MeshFileError> {
         let connectivity = self.cells_of(TETRAHEDRON, "tetrahedra", 4)?;
-        SimplexMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans).map_err(
-            |source| MeshFileError::Mesh {
-                path: self.path.clone(),
-                source,
-            },
-        )
+        SimplexMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans)
+            .map_err(|source| self.mesh_error(source))
+    }
+    /// The cells as a validated mesh of straight quadratic tetrahedra.
+    ///
+    /// # Errors
+    /// [`MeshFileError::CellType`] for any other cell, [`MeshFileError::Mesh`] for a bad mesh.
+    pub fn quadratic_tet_mesh(
+        &self,
+        orientation: Orientation,
+        orphans: Orphans,
+    ) -> Result<(QuadraticMesh<3>, Repairs), MeshFileError> {
+        let wanted = "quadratic tetrahedra";
+        let connectivity = self.cells_of(QUADRATIC_TETRAHEDRON, wanted, 10)?;
+        QuadraticMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans)
+            .map_err(|source| self.mesh_error(source))
+    }
+    /// The cells as a validated plane mesh of straight quadratic triangles; all points have the
+    /// same z, which is dropped.
+    ///
+    /// # Errors
+    /// As [`MeshFile::quadratic_tet_mesh`]; [`MeshFileError::Format`] where the mesh is not plane.
+    pub fn quadratic_triangle_mesh(
+        &self,
+        orientation: Orientation,
+        orphans: Orphans,
+    ) -> Result<(QuadraticMesh<2>, Repairs), MeshFileError> {
+        let wanted = "quadratic triangles";
+        let connectivity = self.cells_of(QUADRATIC_TRIANGLE, wanted, 6)?;
+        let level = self.points.first().map_or(0.0, |x| x[2]);
+        if let Some(point) = self.points.iter().position(|x| !(x[2] == level)) {
+            let z = self.points[point][2];
+            return Err(self.format(format!(
+                "point {point} has z = {z}, point 0 has {level}: a plane mesh needs one z"
+            )));
+        }
+        let points = self.points.iter().map(|&[x, y, _]| [x, y]).collect();
+        QuadraticMesh::with_repairs(points, connectivity, orientation, orphans)
+            .map_err(|source| self.mesh_error(source))
+    }
+    fn mesh_error(&self, source: MeshError) -> MeshFileError {
+        MeshFileError::Mesh {
+            path: self.path.clone(),
+            source,
+        }
     }
     /// The cells as triangles, indices checked.
     ///

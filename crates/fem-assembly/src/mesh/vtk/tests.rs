@@ -1,5 +1,12 @@
-use super::super::{DataArray, MeshFile, MeshFileError, Orientation, Orphans, Quality, kuhn_grid};
+use super::super::QuadraticMesh;
+use super::super::{
+    DataArray, MeshFile, MeshFileError, Orientation, Orphans, Quality, SimplexMesh, kuhn_grid,
+};
 use std::path::{Path, PathBuf};
+
+mod hostile;
+mod samples;
+mod variants;
 
 fn sample() -> MeshFile {
     let mesh = kuhn_grid(2, 2, 3, [0.1, 0.2, 0.3]).expect("a grid");
@@ -48,6 +55,91 @@ fn whole_compression_blocks_round_trip() {
         );
         assert_eq!(back.triangles().expect("triangles").len(), 2);
     }
+}
+
+/// Names that are no names to XML or to words in a line.
+#[test]
+fn arrays_of_any_name_round_trip() {
+    let names = [
+        "a & b",
+        "<x>",
+        "\"quoted\" 'n'",
+        "two words",
+        "tab\tline\n",
+        "Größe µ",
+        "100%25",
+    ];
+    for format in ["mesh.vtu", "mesh.vtk"] {
+        let mut file = sample();
+        for name in names {
+            file = file.with_cell_data(DataArray::integers(name, 0..72));
+        }
+        let (_folder, path) = written(&file, format);
+        let back = MeshFile::read(&path).expect(format);
+        assert_eq!(back, MeshFile { path, ..file }, "{format}");
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for name in ["", "bell\u{7}"] {
+        let file = sample().with_cell_data(DataArray::integers(name, 0..72));
+        let error = file
+            .write(folder.path().join("mesh.vtu"))
+            .expect_err("no name");
+        assert!(
+            error.to_string().contains("cannot name an array"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn quadratic_meshes_round_trip() {
+    let linear = kuhn_grid(1, 2, 1, [0.3; 3]).expect("a grid");
+    let tets = QuadraticMesh::from_linear(&linear).expect("quadratic");
+    let square = vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.3], [0.0, 0.3]];
+    let flat = SimplexMesh::<2>::new(square, vec![0, 1, 2, 0, 2, 3]).expect("two triangles");
+    let triangles = QuadraticMesh::from_linear(&flat).expect("quadratic");
+    for format in ["mesh.vtu", "mesh.vtk"] {
+        let (_folder, path) = written(&MeshFile::from_quadratic_tets(&tets), format);
+        let back = MeshFile::read(&path).expect(format);
+        assert!(back.cell_types.iter().all(|&t| t == 24));
+        let (mesh, _) = back
+            .quadratic_tet_mesh(Orientation::Refuse, Orphans::Refuse)
+            .expect(format);
+        assert_eq!(mesh, tets);
+        let file = MeshFile::from_quadratic_triangles(&triangles);
+        let (_folder, path) = written(&file, format);
+        let mut back = MeshFile::read(&path).expect(format);
+        assert!(back.cell_types.iter().all(|&t| t == 22));
+        let (mesh, _) = back
+            .quadratic_triangle_mesh(Orientation::Refuse, Orphans::Refuse)
+            .expect(format);
+        assert_eq!(mesh, triangles);
+        back.points[3][2] = 1e-3;
+        let error = back
+            .quadratic_triangle_mesh(Orientation::Refuse, Orphans::Refuse)
+            .expect_err("not plane");
+        assert!(
+            error.to_string().contains("point 3 has z = 0.001"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn cells_that_do_not_fit_their_type_are_not_written() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("mesh.vtu");
+    let mut file = sample();
+    file.cell_types[5] = 24;
+    let text = file.write(&path).expect_err("4 points").to_string();
+    assert!(
+        text.contains("cell 5 of VTK type 24 has 4 points"),
+        "{text}"
+    );
+    let mut file = sample();
+    file.offsets.pop();
+    assert!(file.write(&path).is_err());
+    assert!(!path.exists());
 }
 
 #[test]

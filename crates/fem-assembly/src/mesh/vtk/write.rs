@@ -22,7 +22,26 @@ pub(super) fn check(file: &MeshFile) -> Result<(), String> {
     if !whole {
         return Err("the offsets of its cells do not fit its connectivity and types".into());
     }
+    let mut start = 0;
+    for (cell, (&end, &kind)) in file.offsets.iter().zip(&file.cell_types).enumerate() {
+        let (found, wanted) = (end - start, nodes_of(kind));
+        if wanted.is_some_and(|wanted| wanted != found) {
+            return Err(format!("cell {cell} of VTK type {kind} has {found} points"));
+        }
+        start = end;
+    }
     Ok(())
+}
+
+/// How many points a cell has, where it is of a kind that this crate makes.
+fn nodes_of(kind: u8) -> Option<u32> {
+    match kind {
+        5 => Some(3),
+        10 => Some(4),
+        22 => Some(6),
+        24 => Some(10),
+        _ => None,
+    }
 }
 
 /// Bytes of a block before it is compressed, VTK's default.
