@@ -269,4 +269,35 @@ mod tests {
     fn the_checksum_of_the_catalogue() {
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
     }
+
+    /// Eight megabytes of zeros where a few bytes were asked for.
+    #[test]
+    fn unpacking_stops_where_it_should_end() {
+        let bomb = vec![0; 8 << 20];
+        let options = lzma_rust2::Lzma2Options::with_preset(6);
+        let mut writer = lzma_rust2::Lzma2Writer::new(Vec::new(), options);
+        std::io::Write::write_all(&mut writer, &bomb).expect("in memory");
+        let fields = [2, 0, 0x21, 1, 22, 0, 0, 0];
+        let mut stream = b"\xFD7zXZ\0\0\0".to_vec();
+        stream.extend(crc32(&[0, 0]).to_le_bytes());
+        stream.extend(fields);
+        stream.extend(crc32(&fields).to_le_bytes());
+        stream.extend(writer.finish().expect("in memory"));
+        let mut out = Vec::new();
+        assert_eq!(Compressor::Lzma.unpack(&stream, 324, &mut out), None);
+        assert_eq!(out.len(), 324);
+        out.clear();
+        assert_eq!(
+            Compressor::Lzma.unpack(&stream, bomb.len(), &mut out),
+            Some(())
+        );
+        assert_eq!(out, bomb);
+        // Four bytes cannot become a terabyte.
+        let mut out = Vec::new();
+        assert_eq!(
+            Compressor::Lz4.unpack(&[0x10, 0, 1, 0], 1 << 40, &mut out),
+            None
+        );
+        assert_eq!(out.capacity(), 0);
+    }
 }

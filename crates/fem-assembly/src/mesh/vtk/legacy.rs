@@ -116,8 +116,10 @@ impl<'a> Reader<'a> {
         Ok(reader)
     }
 
+    /// With the line that was read last.
     fn problem(&self, reason: String) -> Problem {
         let read = &self.all[..self.all.len() - self.left.len()];
+        let read = read.strip_suffix(b"\n").unwrap_or(read);
         let line = 1 + read.iter().filter(|&&b| b == b'\n').count();
         Problem::Line { line, reason }
     }

@@ -1,7 +1,7 @@
-use super::super::QuadraticMesh;
 use super::super::{
     DataArray, MeshFile, MeshFileError, Orientation, Orphans, Quality, SimplexMesh, kuhn_grid,
 };
+use super::super::{QuadraticMesh, Values};
 use std::path::{Path, PathBuf};
 
 mod hostile;
@@ -140,6 +140,61 @@ fn cells_that_do_not_fit_their_type_are_not_written() {
     file.offsets.pop();
     assert!(file.write(&path).is_err());
     assert!(!path.exists());
+}
+
+/// Every attribute of "VTK File Formats", as text.
+#[test]
+fn legacy_attributes_of_every_kind_are_read() {
+    let text = "# vtk DataFile Version 3.0\r\nbox\r\nASCII\r\nDATASET UNSTRUCTURED_GRID\r\n\
+        POINTS 3 float\r\n0 0 0 1 0 0 0 1 0\r\nCELLS 1 4\r\n3 0 1 2\r\nCELL_TYPES 1\r\n5\r\n\
+        POINT_DATA 3\r\nSCALARS two%20words int 2\r\nLOOKUP_TABLE mine\r\n1 2 3 4 5 6\r\n\
+        LOOKUP_TABLE mine 2\r\n0 0 0 1 1 1 1 1\r\nSCALARS bare char\r\n7 8 9\r\n\
+        VECTORS v double\r\n1 2 3 4 5 6 7 8 9\r\nNORMALS n float\r\n1 0 0 0 1 0 0 0 1\r\n\
+        TEXTURE_COORDINATES t 2 float\r\n0 0.5 1 0 0 1\r\nCOLOR_SCALARS c 1\r\n0 0.25 1\r\n\
+        CELL_DATA 1\r\nTENSORS s float\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n\
+        TENSORS6 s6 float\r\n1 2 3 4 5 6\r\nGLOBAL_IDS ids vtkIdType\r\n41\r\n";
+    let file = read_text("a.vtk", text.as_bytes()).expect("readable");
+    let whole = |v: &[i64]| Values::Integers(v.to_vec());
+    assert_eq!(file.point_data[0].name, "two words");
+    assert_eq!(file.point_data[0].values, whole(&[1, 2, 3, 4, 5, 6]));
+    assert_eq!(file.point_integers("bare").expect("there"), [7, 8, 9]);
+    let v = file.point_vectors::<3>("v").expect("there");
+    assert_eq!(v[2], [7.0, 8.0, 9.0]);
+    assert_eq!(
+        file.point_vectors::<3>("n").expect("there")[1],
+        [0.0, 1.0, 0.0]
+    );
+    assert_eq!(file.point_vectors::<2>("t").expect("there")[0], [0.0, 0.5]);
+    assert_eq!(file.point_scalars("c").expect("there"), [0.0, 0.25, 1.0]);
+    let s = file.cell_vectors::<9>("s").expect("there");
+    assert_eq!(s, [[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]]);
+    assert_eq!(file.cell_vectors::<6>("s6").expect("there")[0][5], 6.0);
+    assert_eq!(file.cell_integers("ids").expect("there"), [41]);
+    assert_eq!(file.triangles().expect("triangles"), [[0, 1, 2]]);
+    for (right, wrong, why) in [
+        (
+            "POINT_DATA 3",
+            "POINT_DATA 2",
+            "line 11: POINT_DATA 2: the grid has 3",
+        ),
+        ("CELLS 1 4", "CELLS 2 4", "2 cells are announced, 1 follow"),
+        ("\r\n3 0 1 2", "\r\n9 0 1 2", "cell 0 has 9 points"),
+        (
+            "1 2 3 4 5 6\r\nL",
+            "1 2 3 4 5 x\r\nL",
+            "two words: \"x\" is no number",
+        ),
+        ("v double", "v quadruple", "\"quadruple\" is not known"),
+        (
+            "CELL_TYPES 1\r\n5",
+            "CELL_TYPES 0",
+            "not as many cell types as cells",
+        ),
+    ] {
+        let error = read_text("a.vtk", text.replace(right, wrong).as_bytes());
+        let error = error.expect_err(wrong).to_string();
+        assert!(error.contains(why), "{error}");
+    }
 }
 
 #[test]
