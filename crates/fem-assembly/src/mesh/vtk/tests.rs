@@ -19,6 +19,7 @@ fn sample() -> MeshFile {
         .with_point_data(DataArray::vectors("place", mesh.nodes()))
         .with_cell_data(DataArray::vectors("fiber", &fibers))
         .with_cell_data(DataArray::integers("label", (0..72).map(|e| e % 5 - 1)))
+        .with_cell_data(DataArray::integers("large", (0..72).map(|e| e << 32)))
 }
 
 fn written(file: &MeshFile, name: &str) -> (tempfile::TempDir, PathBuf) {
@@ -202,7 +203,7 @@ fn missing_and_misshapen_arrays_are_named() {
     let file = sample();
     let text = file.cell_integers("bones").expect_err("absent").to_string();
     assert!(
-        text.contains("\"bones\"; the file has fiber, label"),
+        text.contains("\"bones\"; the file has fiber, label, large"),
         "{text}"
     );
     let text = file.cell_scalars("fiber").expect_err("vectors").to_string();

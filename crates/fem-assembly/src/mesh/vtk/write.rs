@@ -177,16 +177,22 @@ fn section(out: &mut Vec<u8>, keyword: &str, count: usize, arrays: &[DataArray])
     let head = format!("{keyword} {count}\nFIELD FieldData {}\n", arrays.len());
     out.extend_from_slice(head.as_bytes());
     for array in arrays {
-        let kind = match array.values {
-            Values::Floats(_) => "double",
-            Values::Integers(_) => "vtktypeint64",
+        // meshio knows no 64-bit integers in 4.2, so that only those take them that need them.
+        let narrow = |v: &[i64]| v.iter().map(|&x| i32::try_from(x).ok()).collect();
+        let (kind, small): (_, Option<Vec<i32>>) = match &array.values {
+            Values::Floats(_) => ("double", None),
+            Values::Integers(v) => match narrow(v) {
+                None => ("vtktypeint64", None),
+                small => ("int", small),
+            },
         };
         let name = encode_name(&array.name);
         let head = format!("{name} {} {count} {kind}\n", array.components);
         out.extend_from_slice(head.as_bytes());
-        match &array.values {
-            Values::Floats(v) => big(out, v, |x| x.to_be_bytes()),
-            Values::Integers(v) => big(out, v, |x| x.to_be_bytes()),
+        match (&array.values, small) {
+            (_, Some(small)) => big(out, &small, i32::to_be_bytes),
+            (Values::Floats(v), _) => big(out, v, f64::to_be_bytes),
+            (Values::Integers(v), _) => big(out, v, i64::to_be_bytes),
         }
     }
 }
