@@ -7,6 +7,7 @@
 // ERRATUM: document 000, 4.3.3 uses one symbol for both.
 
 use crate::curves::TensionCurve;
+use crate::field::{LocalParameters, MaterialField};
 use crate::material::Evaluation;
 use crate::near_rest::inverse_cube_root;
 use crate::tensor_terms::Terms;
@@ -44,7 +45,7 @@ pub struct FiberTerm<T> {
     /// a₀: direction in the rest shape, of length 1 (used as given).
     pub direction: [T; 3],
     /// σ_max times the muscle's share of the element, Pa.
-    pub peak: T,
+    pub max_isometric_stress: T,
     /// Activation α, 0 to 1.
     pub activation: T,
     /// λ_ofl: the stretch at which the active tension peaks.
@@ -222,9 +223,10 @@ impl<T: Real> FiberTerm<T> {
         let per_stretch = self.optimal_stretch.recip();
         let l = lambda * per_stretch;
         let (active, passive) = (law.curve.active(l), law.curve.passive(l));
-        let slope = self.peak * per_stretch;
+        let slope = self.max_isometric_stress * per_stretch;
         Pull {
-            energy: self.peak * (self.activation * active.integral + passive.integral),
+            energy: self.max_isometric_stress
+                * (self.activation * active.integral + passive.integral),
             tension: slope * (self.activation * active.value + passive.value),
             stiffness: slope * per_stretch * (self.activation * active.slope + passive.slope),
             by_activation: slope * active.value,
@@ -304,6 +306,77 @@ impl<T: Real> FiberTerm<T> {
                 T::from_f64(f64::INFINITY),
             ),
         }
+    }
+}
+
+impl<T: Real> LocalParameters<T> for FiberTerm<T> {
+    const COUNT: usize = 6;
+    #[inline(always)]
+    fn from_numbers(numbers: &[T]) -> Self {
+        Self {
+            direction: [numbers[0], numbers[1], numbers[2]],
+            max_isometric_stress: numbers[3],
+            optimal_stretch: numbers[4],
+            activation: numbers[5],
+        }
+    }
+    #[inline(always)]
+    fn write(&self, numbers: &mut [T]) {
+        let [x, y, z] = self.direction;
+        let all = [
+            x,
+            y,
+            z,
+            self.max_isometric_stress,
+            self.optimal_stretch,
+            self.activation,
+        ];
+        numbers[..6].copy_from_slice(&all);
+    }
+}
+
+/// A fiber in each element, its activation a control.
+impl<C: TensionCurve + Clone> MaterialField<3> for FiberLaw<C> {
+    type Local<T: Real> = FiberTerm<T>;
+    const CONTROL: Option<usize> = Some(5);
+
+    #[inline(always)]
+    fn energy<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> T {
+        fiber.energy(self, F)
+    }
+    #[inline(always)]
+    fn stress<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> Mat<T, 3> {
+        fiber.stress(self, F)
+    }
+    #[inline(always)]
+    fn stress_differential<T: Real>(
+        &self,
+        fiber: &FiberTerm<T>,
+        F: &Mat<T, 3>,
+        dF: &Mat<T, 3>,
+    ) -> Mat<T, 3> {
+        fiber.stress_differential(self, F, dF)
+    }
+    #[inline(always)]
+    fn stress_derivative<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> Tensor4<T, 3> {
+        fiber.stress_derivative(self, F)
+    }
+    #[inline(always)]
+    fn filtered_derivative<T: Real>(
+        &self,
+        fiber: &FiberTerm<T>,
+        F: &Mat<T, 3>,
+        projection: HessianProjection,
+    ) -> Tensor4<T, 3> {
+        fiber.filtered_derivative(self, F, projection)
+    }
+    #[inline(always)]
+    fn energy_and_stress<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> (T, Mat<T, 3>) {
+        fiber.energy_and_stress(self, F)
+    }
+    #[inline(always)]
+    fn stress_by_control<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> Mat<T, 3> {
+        fiber.stress_by_activation(self, F)
     }
 }
 

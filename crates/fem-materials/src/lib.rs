@@ -31,6 +31,7 @@ struct Readme;
 pub mod conformance;
 pub mod curves;
 mod fiber;
+pub mod field;
 pub mod inversion;
 pub mod isotropic;
 mod lame;

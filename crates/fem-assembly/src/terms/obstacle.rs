@@ -178,7 +178,7 @@ impl<const D: usize> Term<D> for Penalty<D> {
     }
 }
 
-impl<const D: usize> AssemblyBuilder<D> {
+impl<const D: usize, S: crate::shape::ElementShape<D>> AssemblyBuilder<D, S> {
     /// Adds a penalty against an obstacle (document 000, 5.7).
     ///
     /// # Errors

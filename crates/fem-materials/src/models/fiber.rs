@@ -67,7 +67,7 @@ pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, Para
         law: FiberLaw { curve, stretch },
         term: FiberTerm {
             direction: p.direction("a0")?,
-            peak: p.non_negative("sigma_max")?,
+            max_isometric_stress: p.non_negative("sigma_max")?,
             activation: p.non_negative("alpha")?,
             optimal_stretch: p.positive("lambda_ofl")?,
         },
@@ -98,7 +98,7 @@ impl<C: TensionCurve + Copy> Fiber<C> {
     fn splat<T: Real>(&self) -> FiberTerm<T> {
         FiberTerm {
             direction: self.term.direction.map(T::from_f64),
-            peak: T::from_f64(self.term.peak),
+            max_isometric_stress: T::from_f64(self.term.max_isometric_stress),
             activation: T::from_f64(self.term.activation),
             optimal_stretch: T::from_f64(self.term.optimal_stretch),
         }

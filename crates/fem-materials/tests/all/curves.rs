@@ -161,7 +161,7 @@ fn not_a_number_stays_one() {
 fn a_fiber_of_length_0_is_finite() {
     let term = FiberTerm {
         direction: [1.0_f64, 0.0, 0.0],
-        peak: 3e5,
+        max_isometric_stress: 3e5,
         activation: 1.0,
         optimal_stretch: 1.0,
     };
@@ -200,7 +200,7 @@ fn stress_is_affine_in_the_activation() {
         };
         let term = |activation| FiberTerm {
             direction: [0.6, 0.0, 0.8],
-            peak: 3e5,
+            max_isometric_stress: 3e5,
             activation,
             optimal_stretch: 1.1,
         };
@@ -221,7 +221,7 @@ fn eight_different_muscles_side_by_side() {
     let splat = <F64x8 as fem_kinematics::Real>::from_f64;
     let pack = FiberTerm {
         direction: [splat(0.6), splat(0.0), splat(0.8)],
-        peak: splat(3e5),
+        max_isometric_stress: splat(3e5),
         activation: fem_kinematics::Lanes(activation),
         optimal_stretch: splat(1.0),
     };
@@ -229,7 +229,7 @@ fn eight_different_muscles_side_by_side() {
     for lane in 0..8 {
         let one = FiberTerm {
             direction: [0.6, 0.0, 0.8],
-            peak: 3e5,
+            max_isometric_stress: 3e5,
             activation: activation[lane],
             optimal_stretch: 1.0,
         };

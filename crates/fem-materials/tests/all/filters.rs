@@ -53,7 +53,7 @@ fn the_plain_fiber_has_the_eigenvalues_of_the_errata() {
         },
         term: FiberTerm {
             direction: [0.6, 0.0, 0.8],
-            peak: 3e5,
+            max_isometric_stress: 3e5,
             activation,
             optimal_stretch: 1.0,
         },
@@ -90,7 +90,7 @@ fn mixed_models_are_definite_after_filtering() {
             },
             term: FiberTerm {
                 direction: [0.0, 0.6, 0.8],
-                peak: 3e5,
+                max_isometric_stress: 3e5,
                 activation: 0.9,
                 optimal_stretch: 1.1,
             },

@@ -35,7 +35,7 @@ fn combined_stress_of_eq_15_is_the_sum_of_its_parts() {
     let a0 = [0.6, 0.0, 0.8];
     let term = FiberTerm {
         direction: a0,
-        peak: 3e5,
+        max_isometric_stress: 3e5,
         activation: 0.7,
         optimal_stretch: 1.0,
     };
@@ -63,7 +63,7 @@ fn plain_fiber_stress_by_the_rotated_direction_is_the_direct_one() {
     let svd = signed_svd(&F);
     let term = FiberTerm {
         direction: [0.6, 0.0, 0.8],
-        peak: 3e5,
+        max_isometric_stress: 3e5,
         activation: 1.0,
         optimal_stretch: 1.0,
     };

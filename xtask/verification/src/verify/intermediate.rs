@@ -140,7 +140,7 @@ fn fiber_stretch(table: &Table, report: &mut Report) {
         };
         let term = FiberTerm {
             direction: core::array::from_fn(|k| direction.get(k).copied().unwrap_or(f64::NAN)),
-            peak: 1.0,
+            max_isometric_stress: 1.0,
             activation: 0.0,
             optimal_stretch: set.number("lambda_ofl"),
         };
