@@ -4,9 +4,9 @@ use super::super::{
 use super::super::{QuadraticMesh, Values};
 use std::path::{Path, PathBuf};
 
-mod hostile;
-mod samples;
-mod variants;
+mod hostile_tests;
+mod samples_tests;
+mod variants_tests;
 
 fn sample() -> MeshFile {
     let mesh = kuhn_grid(2, 2, 3, [0.1, 0.2, 0.3]).expect("a grid");

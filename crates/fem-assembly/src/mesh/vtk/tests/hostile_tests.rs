@@ -3,7 +3,7 @@
 use super::super::super::{MeshFile, Orientation, Orphans};
 use super::super::grid::Grid;
 use super::super::{legacy, write, xml};
-use super::variants::{self, Mode, Packing, Variant};
+use super::variants_tests::{self as variants, Mode, Packing, Variant};
 use std::path::{Path, PathBuf};
 
 /// The most address space this process ever had, bytes; 0 where the system does not say.
