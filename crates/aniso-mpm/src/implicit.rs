@@ -7,18 +7,18 @@
 //! ```
 //!
 //! over the velocities that the obstacles allow; v* is the grid velocity without internal force.
-//! Its Hessian is applied with the law's exact stress differential and never assembled.
+//! Its Hessian is applied with the material's exact stress differential and never assembled.
 
 use crate::body::Body;
 use crate::error::MpmError;
 use crate::float::{Float, worse};
 use crate::kernels::{Spline, locate};
-use crate::law::Law;
 use crate::particles::Particles;
 use crate::simulation::Simulation;
 use crate::transfer::{Scheme, read_motion, spread_stress};
 use crate::window::{Gather, Node, Scatter};
 use fem_kinematics::{Mat, Quad};
+use fem_materials::DamageField;
 use fem_solvers::{LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg};
 use std::marker::PhantomData;
 
@@ -41,8 +41,8 @@ impl Default for ImplicitStep {
 }
 
 /// The incremental potential of one step.
-struct Potential<'a, T, L, S: Scheme, const D: usize> {
-    simulation: &'a Simulation<T, S, L, D>,
+struct Potential<'a, T, M, S: Scheme, const D: usize> {
+    simulation: &'a Simulation<T, S, M, D>,
     damage: &'a [T],
     dt: f64,
     /// Masses of the nodes.
@@ -53,11 +53,11 @@ struct Potential<'a, T, L, S: Scheme, const D: usize> {
     blocked: Vec<Vec<[f64; D]>>,
 }
 
-impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
+impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> Potential<'_, T, M, S, D> {
     fn particles(&self) -> &Particles<T, D> {
         &self.simulation.particles
     }
-    fn bodies(&self) -> &[Body<L, D>] {
+    fn bodies(&self) -> &[Body<M, D>] {
         &self.simulation.bodies
     }
 
@@ -101,8 +101,8 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
         )
     }
 
-    fn law(&self, p: usize) -> L {
-        self.bodies()[self.particles().body[p] as usize].law
+    fn material(&self, p: usize) -> &M {
+        &self.bodies()[self.particles().body[p] as usize].material
     }
 
     fn energy(&self, v: &[f64]) -> f64 {
@@ -114,7 +114,7 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
         }
         for (p, dF) in self.strain(v).iter().enumerate() {
             let (F, d, volume) = self.state(p);
-            e += volume * self.law(p).energy(&(F + *dF), d);
+            e += volume * self.material(p).energy(&M::at_damage(d), &(F + *dF));
         }
         e
     }
@@ -126,7 +126,7 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
         for p in 0..now.len() {
             let (F, d, _) = self.state(p);
             now[p] += F;
-            stress[p] = self.law(p).stress(&now[p], d);
+            stress[p] = self.material(p).stress(&M::at_damage(d), &now[p]);
         }
         let mut g = self.spread(&stress);
         for (i, v) in v.chunks(D).enumerate() {
@@ -152,12 +152,12 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
 }
 
 /// The Hessian of the potential at F, on the free directions; a unit matrix on the others.
-struct Hessian<'a, 'b, T, L, S: Scheme, const D: usize> {
-    potential: &'a Potential<'b, T, L, S, D>,
+struct Hessian<'a, 'b, T, M, S: Scheme, const D: usize> {
+    potential: &'a Potential<'b, T, M, S, D>,
     F: &'a [Mat<f64, D>],
 }
-impl<T: Float, L: Law<D>, S: Scheme, const D: usize> LinearOperator
-    for Hessian<'_, '_, T, L, S, D>
+impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> LinearOperator
+    for Hessian<'_, '_, T, M, S, D>
 {
     fn dim(&self) -> usize {
         self.potential.mass.len() * D
@@ -173,7 +173,9 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> LinearOperator
         let mut dP = potential.strain(&free);
         for (p, dP) in dP.iter_mut().enumerate() {
             let (_, d, _) = potential.state(p);
-            *dP = potential.law(p).stress_differential(&self.F[p], dP, d);
+            *dP = potential
+                .material(p)
+                .stress_differential(&M::at_damage(d), &self.F[p], dP);
         }
         let mut product = potential.spread(&dP);
         for (i, y) in product.chunks_mut(D).enumerate() {
@@ -205,7 +207,7 @@ impl<const D: usize> Preconditioner for MassScaling<'_, D> {
     }
 }
 
-impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
     /// Replaces the grid velocity (mass and v* in the field) by the minimizer of the potential.
     pub(crate) fn implicit_velocity(
         &mut self,

@@ -1,6 +1,6 @@
 //! What the example programs share: a progress bar, PNG frames, VTP files and an SVG plot.
 #![allow(non_snake_case)]
-use aniso_mpm::{Energies, Float, Law, MpmError, Particles, Scheme, Simulation};
+use aniso_mpm::{Energies, Float, MpmError, Particles, Scheme, Simulation};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
 use std::fs;
@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use fem_materials::DamageField;
 /// The part of space that a picture shows, and its size.
 pub struct View {
     /// Lower left corner, m.
@@ -24,13 +25,13 @@ pub struct View {
 
 /// Runs a simulation frame by frame into `out/<name>`: pictures, particles, energies. `watch` sees
 /// it after every frame.
-pub fn run<T: Float, S: Scheme, L: Law<D>, const D: usize>(
+pub fn run<T: Float, S: Scheme, M: DamageField<D>, const D: usize>(
     name: &str,
-    simulation: &mut Simulation<T, S, L, D>,
+    simulation: &mut Simulation<T, S, M, D>,
     frames: usize,
     frame_time: f64,
     view: &View,
-    mut watch: impl FnMut(&Simulation<T, S, L, D>),
+    mut watch: impl FnMut(&Simulation<T, S, M, D>),
 ) -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from("out").join(name);
     fs::create_dir_all(&folder)?;
@@ -74,10 +75,10 @@ fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     fs::rename(&beside, path)
 }
 
-fn write_frame<T: Float, S: Scheme, L: Law<D>, const D: usize>(
+fn write_frame<T: Float, S: Scheme, M: DamageField<D>, const D: usize>(
     folder: &Path,
     frame: usize,
-    simulation: &Simulation<T, S, L, D>,
+    simulation: &Simulation<T, S, M, D>,
     view: &View,
 ) -> io::Result<()> {
     let particles = simulation.particles();
