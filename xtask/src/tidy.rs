@@ -103,9 +103,9 @@ fn arrows(root: &Path, found: &mut Vec<String>) {
             .split_once("[dev-dependencies]")
             .unwrap_or((&manifest, ""));
         for other in &all {
-            // What draws may serve the examples of any crate.
+            // What draws and writes meshes may serve the examples of any crate.
             let used = match *other {
-                "face-pictures" => library,
+                "face-pictures" | "fem-assembly" => library,
                 _ => &manifest,
             };
             if *other != name && depends(used, other) && !allowed.contains(other) {

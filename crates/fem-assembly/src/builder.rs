@@ -138,6 +138,9 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         self
     }
 
+    pub(crate) fn rest(&self) -> &[[f64; D]] {
+        &self.rest
+    }
     /// Number of terms so far.
     pub(crate) fn terms(&self) -> usize {
         self.summands.len()

@@ -36,7 +36,7 @@ fn cube(n: usize) -> SimplexMesh<3> {
 }
 
 fn boundary<const D: usize>(nodes: &[[f64; D]]) -> Vec<usize> {
-    let outside = |x: &[f64; D]| x.iter().any(|&c| c < 1e-12 || c > 1.0 - 1e-12);
+    let outside = |x: &[f64; D]| x.iter().any(|c| !(1e-12..=1.0 - 1e-12).contains(c));
     (0..nodes.len()).filter(|&n| outside(&nodes[n])).collect()
 }
 

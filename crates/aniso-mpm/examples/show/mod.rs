@@ -1,17 +1,12 @@
 //! What the example programs share: a progress bar, PNG frames, VTK files and an SVG plot.
 #![allow(non_snake_case)]
 use aniso_mpm::{Energies, Float, MpmError, Particles, Scheme, Simulation};
-use face_pictures::export::write_atomically;
 use face_pictures::{Camera, Canvas, LinePlot, Marker, Panel, PictureError, Series, Sheet, Symbol};
+use fem_assembly::mesh::{DataArray, MeshFile};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, ElementType, IOBuffer,
-    UnstructuredGridPiece, Version, VertexNumbers, Vtk,
-};
-use vtkio::xml::Compressor;
 
 use fem_materials::DamageField;
 /// The part of space that a picture shows, and its size.
@@ -81,10 +76,7 @@ fn write_frame<T: Float, S: Scheme, M: DamageField<D>, const D: usize>(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let particles = simulation.particles();
     picture(particles, view)?.save(&folder.join(format!("frame_{frame:04}.png")))?;
-    write_atomically(
-        &folder.join(format!("frame_{frame:04}.vtu")),
-        &vtu(particles)?,
-    )?;
+    vertices(particles).write(folder.join(format!("frame_{frame:04}.vtu")))?;
     Ok(())
 }
 
@@ -143,52 +135,26 @@ fn picture<T: Float, const D: usize>(
         .draw(view.width, (height * per_meter).round() as usize)
 }
 
-/// Particles as VTK vertices, a whole `.vtu` file.
-fn vtu<T: Float, const D: usize>(particles: &Particles<T, D>) -> Result<Vec<u8>, vtkio::Error> {
-    let count = particles.len() as u64;
-    let flat = |vectors: &[[T; D]]| -> IOBuffer {
-        IOBuffer::F64(vectors.iter().flat_map(in_space).collect())
-    };
-    let array = |name: &str, components, data| {
-        Attribute::DataArray(DataArray {
-            name: name.to_owned(),
-            elem: ElementType::Generic(components),
-            data,
-        })
-    };
-    let damage = particles.damage.iter().map(|d| d.to_f64()).collect();
-    let body = particles.body.iter().map(|&b| i32::from(b)).collect();
-    let id = particles.id.iter().map(|&id| i64::from(id)).collect();
-    let vtk = Vtk {
-        version: Version::new_xml(1, 0),
-        title: "particles".into(),
-        byte_order: ByteOrder::LittleEndian,
-        file_path: None,
-        data: DataSet::inline(UnstructuredGridPiece {
-            points: flat(&particles.x),
-            cells: Cells {
-                cell_verts: VertexNumbers::XML {
-                    connectivity: (0..count).collect(),
-                    offsets: (1..=count).collect(),
-                },
-                types: vec![CellType::Vertex; particles.len()],
-            },
-            data: Attributes {
-                point: vec![
-                    array("damage", 1, IOBuffer::F64(damage)),
-                    array("body", 1, IOBuffer::I32(body)),
-                    array("id", 1, IOBuffer::I64(id)),
-                    array("velocity", 3, flat(&particles.v)),
-                ],
-                cell: Vec::new(),
-            },
-        }),
-    };
-    // Into memory first: vtkio's writer ignores short writes.
-    let mut bytes = Vec::new();
-    vtk.try_into_xml_format(Compressor::None, 5)?
-        .write(&mut bytes)?;
-    Ok(bytes)
+/// Particles as VTK vertices.
+fn vertices<T: Float, const D: usize>(particles: &Particles<T, D>) -> MeshFile {
+    const VERTEX: u8 = 1;
+    let count = particles.len() as u32;
+    let damage: Vec<f64> = particles.damage.iter().map(|d| d.to_f64()).collect();
+    let velocity: Vec<[f64; 3]> = particles.v.iter().map(in_space).collect();
+    MeshFile {
+        path: PathBuf::new(),
+        points: particles.x.iter().map(in_space).collect(),
+        connectivity: (0..count).collect(),
+        offsets: (1..=count).collect(),
+        cell_types: vec![VERTEX; particles.len()],
+        point_data: vec![
+            DataArray::scalars("damage", &damage),
+            DataArray::integers("body", particles.body.iter().map(|&b| i64::from(b))),
+            DataArray::integers("id", particles.id.iter().map(|&id| i64::from(id))),
+            DataArray::vectors("velocity", &velocity),
+        ],
+        cell_data: Vec::new(),
+    }
 }
 
 /// Energies and broken volume over time, each curve as a share of its own largest value.

@@ -179,14 +179,15 @@ fn fibers(
     parameters: &Parameters,
     positions: &[[f64; 3]],
 ) -> (Vec<f64>, Vec<f64>) {
-    (0..scene.mesh.num_elements())
+    (0_u32..)
+        .take(scene.mesh.num_elements())
         .map(|tet| {
             let of_tet = scene.fiber_field.of_tet(tet);
             let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
             let stretch = dominant.map_or(1.0, |f| {
                 let stretches = rig
                     .assembly()
-                    .deformation_gradients(tet, positions)
+                    .deformation_gradients(tet as usize, positions)
                     .map(|F| F.mul_vec(f.direction).iter().map(|c| c * c).sum::<f64>());
                 stretches.fold(0.0, f64::max).sqrt()
             });

@@ -3,6 +3,7 @@
 mod elastic;
 mod fibers;
 mod gravity;
+mod mean_volume;
 mod nodal_loads;
 mod obstacle;
 mod scaled;
