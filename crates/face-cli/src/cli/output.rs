@@ -188,7 +188,13 @@ fn fibers(
                 let stretches = rig
                     .assembly()
                     .deformation_gradients(tet as usize, positions)
-                    .map(|F| F.mul_vec(f.direction).iter().map(|c| c * c).sum::<f64>());
+                    .map(|gradient| {
+                        gradient
+                            .mul_vec(f.direction)
+                            .iter()
+                            .map(|c| c * c)
+                            .sum::<f64>()
+                    });
                 stretches.fold(0.0, f64::max).sqrt()
             });
             let activation: f64 = of_tet
