@@ -62,11 +62,11 @@ fn a_planted_mistake_is_caught_by_name() {
         lambda: 1.5,
     };
     let mut report = Report::default();
-    materials::check::<2, _>(&table, |_| Some(right), &mut report);
+    materials::check::<2, _>(&table, |_| Some(right), |_, _| None, &mut report);
     report.assert();
 
     let mut report = Report::default();
-    materials::check::<2, _>(&table, |_| Some(Planted(right)), &mut report);
+    materials::check::<2, _>(&table, |_| Some(Planted(right)), |_, _| None, &mut report);
     assert!(!report.passed());
     let summary = report.summary(Style::Plain);
     assert!(

@@ -8,8 +8,10 @@ use aniso_mpm::damage::{
     Augmentation, DamageInput, DamageModel, DamageParameters, DamageUpdate, Directors,
     cauchy_stress,
 };
-use aniso_mpm::{FiberReinforced, Law};
+
 use fem_kinematics::Mat;
+use fem_materials::QrAnisotropic;
+use fem_materials::field::{Local1, MaterialField};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The foreign host's own state.
@@ -18,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|i| [0.05 * (i % 40) as f64, 0.05 * (i / 40) as f64])
         .collect();
     let (mut damage, mut history) = (vec![0.0; 400], vec![0.0; 400]);
-    let law = FiberReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0)?;
+    let material = QrAnisotropic::from_young_poisson(1e5, 0.3, 0.0, 0.0)?.degradable(1e-3);
     let dt = 1e-3;
 
     // --------------------------------------------------------------------------------------
@@ -42,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // ----------------------------------------------------------------------------------
         let sigma: Vec<_> = F
             .iter()
-            .map(|F| cauchy_stress(&law.stress(F, 0.0), F))
+            .map(|F| cauchy_stress(&material.stress(&Local1(0.0), F), F))
             .collect();
         let volume: Vec<_> = F.iter().map(|F| 0.05 * 0.05 * F.determinant()).collect();
         let input = DamageInput {
@@ -57,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (damage, history) = (new.d, new.history);
         // ----------------------------------------------------------------------------------
 
-        // The host goes on: grid velocities from law.stress(&F[p], damage[p]), and so on.
+        // The host goes on: grid velocities from material.stress(&Local1(damage[p]), &F[p]), and so on.
     }
     let middle = damage[20];
     let end = damage[0];

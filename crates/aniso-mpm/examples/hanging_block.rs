@@ -4,10 +4,10 @@
 mod show;
 
 use aniso_mpm::{
-    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
-    Simulation,
+    Body, Contact, Fiber, MlsMpm, Obstacle, Particles, Quadratic, Settings, Simulation,
 };
-use fem_kinematics::Mat;
+use fem_kinematics::{ImplicitSurface, Mat};
+use fem_materials::QrAnisotropic;
 
 /// Everything that can be changed about the scene.
 struct Scene {
@@ -52,16 +52,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             |_| true,
         )?;
     }
-    let law = FiberReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
+    let material =
+        QrAnisotropic::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?.degradable(1e-3);
     let bodies = vec![
-        Body::elastic(law),
+        Body::elastic(material),
         Body {
             fiber: Fiber::Inextensible,
-            ..Body::elastic(law)
+            ..Body::elastic(material)
         },
     ];
     let clamp = Obstacle::fixed(
-        Shape::HalfSpace {
+        ImplicitSurface::HalfSpace {
             point: [0.0, 0.0, -2.0 * scene.cell],
             normal: [0.0, 0.0, -1.0],
         },

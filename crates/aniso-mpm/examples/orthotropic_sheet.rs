@@ -10,10 +10,10 @@ use aniso_mpm::damage::{
     DamageModel, DamageParameters, DamageUpdate, Director, Directors, ImplicitOptions,
 };
 use aniso_mpm::{
-    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
-    Simulation,
+    Body, Contact, Fiber, MlsMpm, Obstacle, Particles, Quadratic, Settings, Simulation,
 };
-use fem_kinematics::Mat;
+use fem_kinematics::{ImplicitSurface, Mat};
+use fem_materials::QrAnisotropic;
 
 /// Everything that can be changed about the scene.
 struct Scene {
@@ -76,12 +76,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         weight: scene.alpha,
     };
     let body = Body {
-        law: FiberReinforced::from_young_poisson(
+        material: QrAnisotropic::from_young_poisson(
             scene.young,
             scene.poisson,
             scene.fiber,
             scene.fiber,
-        )?,
+        )?
+        .degradable(1e-3),
         damage: Some(DamageModel {
             parameters: DamageParameters::new(h, scene.sigma_crit, scene.eta),
             directors: Directors::Orthotropic(director([1.0, 0.0, 0.0]), director([0.0, 1.0, 0.0])),
@@ -91,7 +92,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let border = 2.0 * h;
     let clamp = |min: [f64; 2], max: [f64; 2]| {
         Obstacle::fixed(
-            Shape::Box {
+            ImplicitSurface::Box {
                 min: [min[0], min[1], -0.3],
                 max: [max[0], max[1], 0.3],
             },
@@ -104,7 +105,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         clamp([-1.0, -1.0], [2.0, border]),
         clamp([-1.0, 1.0 - border], [2.0, 2.0]),
         Obstacle {
-            shape: Shape::Sphere {
+            shape: ImplicitSurface::Sphere {
                 center: [0.5, 0.5, scene.radius + 2.0 * half],
                 radius: scene.radius,
             },

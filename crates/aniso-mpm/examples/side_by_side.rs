@@ -6,10 +6,10 @@ mod show;
 
 use aniso_mpm::damage::{DamageModel, DamageParameters, Directors};
 use aniso_mpm::{
-    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
-    Simulation,
+    Body, Contact, Fiber, MlsMpm, Obstacle, Particles, Quadratic, Settings, Simulation,
 };
-use fem_kinematics::Mat;
+use fem_kinematics::{ImplicitSurface, Mat};
+use fem_materials::QrAnisotropic;
 
 /// Everything that can be changed about the scene.
 struct Scene {
@@ -74,9 +74,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let parameters = DamageParameters::new(h, scene.sigma_crit, scene.eta);
-    let isotropic = FiberReinforced::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
+    let isotropic = QrAnisotropic::from_young_poisson(scene.young, scene.poisson, 0.0, 0.0)?;
     let body = |kx: f64, directors: Directors<2>| Body {
-        law: FiberReinforced { kx, ..isotropic },
+        material: QrAnisotropic { kx, ..isotropic }.degradable(1e-3),
         damage: Some(DamageModel {
             parameters,
             directors,
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     let bodies = bodies.into_iter().chain(rims).collect();
     let grip = |low: f64, high: f64, speed: f64| Obstacle {
-        shape: Shape::Box {
+        shape: ImplicitSurface::Box {
             min: [-1.0, low],
             max: [4.0, high],
         },

@@ -6,10 +6,10 @@ mod show;
 
 use aniso_mpm::damage::{DamageModel, DamageParameters, Directors};
 use aniso_mpm::{
-    Body, Contact, Fiber, FiberReinforced, MlsMpm, Obstacle, Particles, Quadratic, Settings, Shape,
-    Simulation,
+    Body, Contact, Fiber, MlsMpm, Obstacle, Particles, Quadratic, Settings, Simulation,
 };
-use fem_kinematics::Mat;
+use fem_kinematics::{ImplicitSurface, Mat};
+use fem_materials::QrAnisotropic;
 
 /// Everything that can be changed about the scene.
 struct Scene {
@@ -84,9 +84,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (body, x) in particles.body.iter_mut().zip(&particles.x) {
         *body = u16::from(x.iter().any(|x| (x - 0.5).abs() > 0.4));
     }
-    let law = FiberReinforced::from_young_poisson(scene.young, scene.poisson, scene.kx, 0.0)?;
+    let material = QrAnisotropic::from_young_poisson(scene.young, scene.poisson, scene.kx, 0.0)?
+        .degradable(1e-3);
     let body = Body {
-        law,
+        material,
         damage: Some(DamageModel {
             parameters: DamageParameters::new(h, scene.sigma_crit, scene.eta),
             directors: Directors::fiber(scene.alpha),
@@ -101,7 +102,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             normal[axis] = -sign;
             velocity[axis] = sign * scene.pull;
             walls.push(Obstacle {
-                shape: Shape::HalfSpace { point, normal },
+                shape: ImplicitSurface::HalfSpace { point, normal },
                 contact: Contact::Slip,
                 velocity,
             });
@@ -111,7 +112,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     settings.gravity = [0.0; 2];
     let mut simulation = Simulation::<f64, MlsMpm<Quadratic>, _, 2>::new(
         settings,
-        vec![body, Body::elastic(law)],
+        vec![body, Body::elastic(material)],
         walls,
         particles,
     )?;

@@ -4,9 +4,7 @@
 //! arrays of 64 MB.
 //!
 //! `cargo run --release -p aniso-mpm --example throughput [particles] [steps]`
-use aniso_mpm::{
-    Body, Elastic, Float, MlsMpm, Particle, Particles, Quadratic, Settings, Simulation,
-};
+use aniso_mpm::{Body, Float, MlsMpm, Particle, Particles, Quadratic, Settings, Simulation};
 use fem_kinematics::Mat;
 use fem_materials::NeoHookean;
 use rayon::prelude::*;
@@ -115,13 +113,13 @@ fn measure<T: Float>(count: usize, steps: usize, threads: usize, cells: f64) -> 
     }
     let mut settings = Settings::new(h);
     settings.gravity = [0.0, -9.81, 0.0];
-    let law = Elastic(NeoHookean {
+    let material = NeoHookean {
         mu: 1e5,
         lambda: 1.5e5,
-    });
+    };
     let mut simulation = Simulation::<T, MlsMpm<Quadratic>, _, 3>::new(
         settings,
-        vec![Body::elastic(law)],
+        vec![Body::elastic(material)],
         vec![],
         particles,
     )

@@ -4,15 +4,15 @@ use crate::body::Body;
 use crate::damage::{DamageInput, DamageOutput, cauchy_from_kirchhoff};
 use crate::error::MpmError;
 use crate::float::Float;
-use crate::law::Law;
 use crate::simulation::Simulation;
 use crate::stresses::kirchhoff_stresses;
 use crate::transfer::Scheme;
+use fem_materials::DamageField;
 use rayon::prelude::*;
 
 const CHUNK: usize = 256;
 
-impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
     /// Damage and driving-force history at the end of the step, from the state at its start.
     pub(crate) fn new_damage(&mut self, dt: f64) -> Result<DamageOutput<T>, MpmError> {
         let particles = &self.particles;
@@ -23,7 +23,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             });
         }
         let bodies = &self.bodies[..];
-        let can_tear = |body: &Body<L, D>| body.damage.is_some();
+        let can_tear = |body: &Body<M, D>| body.damage.is_some();
         kirchhoff_stresses(particles, bodies, None, can_tear, &mut self.tau);
         self.current_volume.resize(particles.len(), T::zero());
         (

@@ -4,13 +4,13 @@ use crate::body::Fiber;
 use crate::error::MpmError;
 use crate::float::Float;
 use crate::inextensibility::{CollisionRow, FiberGrid, Projection};
-use crate::law::Law;
 use crate::simulation::Simulation;
 use crate::transfer::Scheme;
 use fem_kinematics::dot;
+use fem_materials::DamageField;
 use fem_solvers::PcgParams;
 
-impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
     /// Replaces the grid velocity by the nearest one that stretches no inextensible fiber and
     /// meets the obstacles.
     pub(crate) fn project_onto_inextensible(&mut self, dt: f64) -> Result<(), MpmError> {

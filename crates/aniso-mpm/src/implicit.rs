@@ -7,25 +7,33 @@
 //! ```
 //!
 //! over the velocities that the obstacles allow; v* is the grid velocity without internal force.
-//! Its Hessian is applied with the law's exact stress differential and never assembled.
+//! Its Hessian is applied with the material's exact stress differential, or its filtered one where
+//! that is indefinite, and never assembled.
 
 use crate::body::Body;
 use crate::error::MpmError;
 use crate::float::{Float, worse};
 use crate::kernels::{Spline, locate};
-use crate::law::Law;
 use crate::particles::Particles;
 use crate::simulation::Simulation;
 use crate::transfer::{Scheme, read_motion, spread_stress};
 use crate::window::{Gather, Node, Scatter};
-use fem_kinematics::{Mat, Quad};
-use fem_solvers::{LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg};
+use fem_kinematics::{HessianProjection, Mat, Quad};
+use fem_materials::DamageField;
+use fem_solvers::{
+    BlockSymmetric, LinearOperator, MatrixPreconditioner, Newton, NewtonError, NewtonFailure,
+    NewtonParams, NonlinearProblem, PcgDirection, Preconditioner, PreconditionerError,
+};
+use std::cell::RefCell;
 use std::marker::PhantomData;
+
+/// Most iterations of conjugate gradients in one Newton step.
+const PCG_LIMIT: usize = 500;
 
 /// When an implicit step is accurate enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImplicitStep {
-    /// Largest change of velocity of the last Newton step, m/s.
+    /// Largest change of velocity of the last, full Newton step, m/s.
     pub tolerance: f64,
     /// Give up after this many Newton steps.
     pub max_iterations: usize,
@@ -41,8 +49,8 @@ impl Default for ImplicitStep {
 }
 
 /// The incremental potential of one step.
-struct Potential<'a, T, L, S: Scheme, const D: usize> {
-    simulation: &'a Simulation<T, S, L, D>,
+struct Potential<'a, T, M, S: Scheme, const D: usize> {
+    simulation: &'a Simulation<T, S, M, D>,
     damage: &'a [T],
     dt: f64,
     /// Masses of the nodes.
@@ -51,13 +59,15 @@ struct Potential<'a, T, L, S: Scheme, const D: usize> {
     target: Vec<[f64; D]>,
     /// Directions in which a node may not move, orthonormal.
     blocked: Vec<Vec<[f64; D]>>,
+    /// A velocity and F at the end of its step: products are taken where the gradient was.
+    at: RefCell<(Vec<f64>, Vec<Mat<f64, D>>)>,
 }
 
-impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
+impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> Potential<'_, T, M, S, D> {
     fn particles(&self) -> &Particles<T, D> {
         &self.simulation.particles
     }
-    fn bodies(&self) -> &[Body<L, D>] {
+    fn bodies(&self) -> &[Body<M, D>] {
         &self.simulation.bodies
     }
 
@@ -101,11 +111,12 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
         )
     }
 
-    fn law(&self, p: usize) -> L {
-        self.bodies()[self.particles().body[p] as usize].law
+    fn material(&self, p: usize) -> &M {
+        &self.bodies()[self.particles().body[p] as usize].material
     }
 
-    fn energy(&self, v: &[f64]) -> f64 {
+    /// E(v), J.
+    fn potential(&self, v: &[f64]) -> f64 {
         let mut e = 0.0;
         for (i, v) in v.chunks(D).enumerate() {
             for a in 0..D {
@@ -114,20 +125,27 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
         }
         for (p, dF) in self.strain(v).iter().enumerate() {
             let (F, d, volume) = self.state(p);
-            e += volume * self.law(p).energy(&(F + *dF), d);
+            e += volume * self.material(p).energy(&M::at_damage(d), &(F + *dF));
         }
         e
     }
 
-    /// ∂E/∂v without the blocked directions, and F at the end of the step.
-    fn gradient(&self, v: &[f64]) -> (Vec<f64>, Vec<Mat<f64, D>>) {
-        let mut now = self.strain(v);
-        let mut stress = vec![Mat::zeros(); now.len()];
-        for p in 0..now.len() {
-            let (F, d, _) = self.state(p);
-            now[p] += F;
-            stress[p] = self.law(p).stress(&now[p], d);
+    /// F at the end of the step.
+    fn deformed(&self, v: &[f64]) -> Vec<Mat<f64, D>> {
+        let mut F = self.strain(v);
+        for (p, F) in F.iter_mut().enumerate() {
+            *F += self.state(p).0;
         }
+        F
+    }
+
+    /// ∂E/∂v at the end of the step without the blocked directions.
+    fn force(&self, v: &[f64], F: &[Mat<f64, D>]) -> Vec<f64> {
+        let stress: Vec<_> = F
+            .iter()
+            .enumerate()
+            .map(|(p, F)| self.material(p).stress(&M::at_damage(self.state(p).1), F))
+            .collect();
         let mut g = self.spread(&stress);
         for (i, v) in v.chunks(D).enumerate() {
             for a in 0..D {
@@ -135,7 +153,7 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
             }
         }
         self.block(&mut g);
-        (g, now)
+        g
     }
 
     /// Takes the blocked directions out of a node vector.
@@ -151,52 +169,79 @@ impl<T: Float, L: Law<D>, S: Scheme, const D: usize> Potential<'_, T, L, S, D> {
     }
 }
 
-/// The Hessian of the potential at F, on the free directions; a unit matrix on the others.
-struct Hessian<'a, 'b, T, L, S: Scheme, const D: usize> {
-    potential: &'a Potential<'b, T, L, S, D>,
-    F: &'a [Mat<f64, D>],
-}
-impl<T: Float, L: Law<D>, S: Scheme, const D: usize> LinearOperator
-    for Hessian<'_, '_, T, L, S, D>
+/// Unknowns are the velocities of all nodes. Where nothing moves (no mass, or blocked) the Hessian
+/// has a unit row, or the mass.
+impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> NonlinearProblem<D>
+    for Potential<'_, T, M, S, D>
 {
-    fn dim(&self) -> usize {
-        self.potential.mass.len() * D
+    fn blocks(&self) -> usize {
+        self.mass.len()
     }
-    fn structure(&self) -> Structure {
-        // Conjugate gradients report the first direction of negative curvature.
-        Structure::SymmetricPositiveDefinite
+    fn energy(&self, v: &[f64]) -> f64 {
+        self.potential(v)
     }
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let potential = self.potential;
+    fn gradient(&self, v: &[f64], g: &mut [f64]) {
+        let F = self.deformed(v);
+        g.copy_from_slice(&self.force(v, &F));
+        self.at.replace((v.to_vec(), F));
+    }
+    fn hessian_vector(&self, v: &[f64], projection: HessianProjection, x: &[f64], y: &mut [f64]) {
+        if self.at.borrow().0 != v {
+            self.at.replace((v.to_vec(), self.deformed(v)));
+        }
         let mut free = x.to_vec();
-        potential.block(&mut free);
-        let mut dP = potential.strain(&free);
+        self.block(&mut free);
+        let mut dP = self.strain(&free);
         for (p, dP) in dP.iter_mut().enumerate() {
-            let (_, d, _) = potential.state(p);
-            *dP = potential.law(p).stress_differential(&self.F[p], dP, d);
-        }
-        let mut product = potential.spread(&dP);
-        for (i, y) in product.chunks_mut(D).enumerate() {
-            for a in 0..D {
-                y[a] += potential.mass[i] * free[i * D + a];
-            }
-        }
-        potential.block(&mut product);
-        for i in 0..y.len() {
-            // Where nothing moves (no mass, or blocked) the row is a unit row.
-            let still = !(potential.mass[i / D] > 0.0);
-            y[i] = if still {
-                x[i]
-            } else {
-                product[i] + (x[i] - free[i]) * potential.mass[i / D]
+            let F = &self.at.borrow().1[p];
+            let (_, d, _) = self.state(p);
+            let (material, local) = (self.material(p), M::at_damage(d));
+            *dP = match projection {
+                HessianProjection::None => material.stress_differential(&local, F, dP),
+                projection => material
+                    .filtered_derivative(&local, F, projection)
+                    .apply(dP),
             };
         }
+        let mut product = self.spread(&dP);
+        for (i, y) in product.chunks_mut(D).enumerate() {
+            for a in 0..D {
+                y[a] += self.mass[i] * free[i * D + a];
+            }
+        }
+        self.block(&mut product);
+        for i in 0..y.len() {
+            let mass = self.mass[i / D];
+            y[i] = if mass > 0.0 {
+                product[i] + (x[i] - free[i]) * mass
+            } else {
+                x[i]
+            };
+        }
+    }
+    /// A few units in the last place of the largest momentum of a node and impulse of a particle.
+    fn gradient_rounding(&self, v: &[f64]) -> Option<f64> {
+        let mut largest = 0.0;
+        for (i, v) in v.chunks(D).enumerate() {
+            for a in 0..D {
+                let speeds = v[a].abs() + self.target[i][a].abs();
+                largest = worse(largest, self.mass[i] * speeds);
+            }
+        }
+        let per_length = self.dt / self.simulation.settings.cell_size;
+        for (p, F) in self.deformed(v).iter().enumerate() {
+            let (start, d, volume) = self.state(p);
+            let P = self.material(p).stress(&M::at_damage(d), F);
+            let impulse = volume * per_length * P.mul_tr(&start).norm_squared().sqrt();
+            largest = worse(largest, impulse);
+        }
+        Some(8.0 * f64::EPSILON * largest)
     }
 }
 
 /// 1/m: the mass scaling takes the decades between border and inner nodes out of the system.
-struct MassScaling<'a, const D: usize>(&'a [f64]);
-impl<const D: usize> Preconditioner for MassScaling<'_, D> {
+struct MassScaling<const D: usize>(Vec<f64>);
+impl<const D: usize> Preconditioner for MassScaling<D> {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
         for i in 0..r.len() {
             let mass = self.0[i / D];
@@ -204,8 +249,16 @@ impl<const D: usize> Preconditioner for MassScaling<'_, D> {
         }
     }
 }
+impl<const D: usize> MatrixPreconditioner<D> for MassScaling<D> {
+    fn update(&mut self, _: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
+        Ok(())
+    }
+    fn update_products(&mut self, _: &dyn LinearOperator) -> Result<(), PreconditionerError> {
+        Ok(())
+    }
+}
 
-impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
     /// Replaces the grid velocity (mass and v* in the field) by the minimizer of the potential.
     pub(crate) fn implicit_velocity(
         &mut self,
@@ -230,81 +283,30 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             mass,
             target,
             blocked,
+            at: RefCell::default(),
         };
         let mut v: Vec<f64> = potential.target.as_flattened().to_vec();
-        let mut energy = potential.energy(&v);
-        let (mut change, mut steps) = (f64::INFINITY, 0);
-        let mut reason = "has not converged";
-        for iteration in 0..options.max_iterations {
-            let (g, F) = potential.gradient(&v);
-            let rhs: Vec<f64> = g.iter().map(|g| -g).collect();
-            let hessian = Hessian {
-                potential: &potential,
-                F: &F,
-            };
-            let jacobi = MassScaling::<D>(&potential.mass);
-            let params = PcgParams {
-                relative_tolerance: 1e-4,
-                max_iterations: 500,
-                ..PcgParams::default()
-            };
-            let mut step = vec![0.0; v.len()];
-            match pcg(&hessian, &jacobi, &rhs, &mut step, &params) {
-                Ok(_) => {}
-                // The iterate so far is still a descent direction; the first one may be 0.
-                Err(
-                    PcgError::NegativeCurvature { .. }
-                    | PcgError::Stagnated { .. }
-                    | PcgError::NotConverged { .. },
-                ) => {
-                    if step.iter().all(|&s| s == 0.0) {
-                        jacobi.apply(&rhs, &mut step);
-                    }
+        let scaling = MassScaling(potential.mass.clone());
+        let params = NewtonParams {
+            relative_gradient_tolerance: 0.0,
+            step_tolerance: options.tolerance,
+            max_iterations: options.max_iterations,
+            ..NewtonParams::default()
+        };
+        let mut change = f64::INFINITY;
+        let solved = Newton::with_direction(&potential, PcgDirection::new(scaling, PCG_LIMIT))
+            .solve_observed(&potential, &mut v, &params, &mut |step| {
+                if step.iteration > 0 {
+                    change = step.step;
                 }
-                Err(error) => {
-                    return Err(MpmError::Solve {
-                        system: "implicit step",
-                        message: format!("Newton step {iteration}: {error}"),
-                    });
-                }
-            }
-            let slope: f64 = step.iter().zip(&g).map(|(s, g)| s * g).sum();
-            let mut length = 1.0;
-            let next = loop {
-                let trial: Vec<f64> = v.iter().zip(&step).map(|(v, s)| v + length * s).collect();
-                let trial_energy = potential.energy(&trial);
-                if trial_energy <= energy + 1e-4 * length * slope + 1e-12 * energy.abs() {
-                    break Some((trial, trial_energy));
-                }
-                length *= 0.5;
-                if length < 1e-8 {
-                    break None;
-                }
-            };
-            let Some((trial, trial_energy)) = next else {
-                reason = "finds no lower energy along its direction";
-                break;
-            };
-            change = step.iter().fold(0.0, |m, s| worse(m, (length * s).abs()));
-            (v, energy) = (trial, trial_energy);
-            steps = iteration + 1;
-            if change <= options.tolerance {
-                for (node, v) in self.field.iter_mut().zip(v.chunks(D)) {
-                    for a in 0..D {
-                        node[a] = T::from_f64(v[a]);
-                    }
-                }
-                return Ok(());
+            });
+        solved.map_err(|error| failure(&error, change, options.tolerance, &v))?;
+        for (node, v) in self.field.iter_mut().zip(v.chunks(D)) {
+            for a in 0..D {
+                node[a] = T::from_f64(v[a]);
             }
         }
-        Err(MpmError::Newton {
-            system: "implicit step",
-            reason,
-            iterations: steps,
-            change,
-            tolerance: options.tolerance,
-            last: v,
-        })
+        Ok(())
     }
 
     /// Directions that the obstacles take from a node whose velocity they have already changed.
@@ -334,6 +336,28 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             }
         }
         blocked
+    }
+}
+
+/// The error of a step whose Newton iteration failed.
+fn failure(error: &NewtonError, change: f64, tolerance: f64, last: &[f64]) -> MpmError {
+    let reason = match error.reason {
+        NewtonFailure::NotConverged => "has not converged",
+        NewtonFailure::LineSearchFailed { .. } => "finds no lower energy along its direction",
+        _ => {
+            return MpmError::Solve {
+                system: "implicit step",
+                message: error.to_string(),
+            };
+        }
+    };
+    MpmError::Newton {
+        system: "implicit step",
+        reason,
+        iterations: error.iteration,
+        change,
+        tolerance,
+        last: last.to_vec(),
     }
 }
 

@@ -14,7 +14,9 @@
 
 use crate::error::{MpmError, positive, same_length};
 use crate::float::worse;
-use fem_solvers::{LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg};
+use fem_solvers::{
+    AssumedPositiveDefinite, LinearOperator, PcgError, PcgParams, Preconditioner, Structure, pcg,
+};
 
 /// A convex energy with linear constraints.
 pub trait ConstrainedProblem {
@@ -151,7 +153,13 @@ impl RelaxedKkt {
                 rhs[i] += eta * pull[i];
             }
             let mut correction = vec![0.0; n];
-            pcg(&system, &preconditioner, &rhs, &mut correction, &params)?;
+            pcg(
+                &AssumedPositiveDefinite(&system),
+                &preconditioner,
+                &rhs,
+                &mut correction,
+                &params,
+            )?;
             problem.jacobian(&correction, &mut Gdx);
             let mut small = true;
             for i in 0..n {
@@ -189,7 +197,8 @@ impl<P: ConstrainedProblem> LinearOperator for Penalized<'_, P> {
         self.problem.unknowns()
     }
     fn structure(&self) -> Structure {
-        Structure::SymmetricPositiveDefinite
+        // Definite where E is convex, which is the problem's promise and not known here.
+        Structure::Symmetric
     }
     fn apply(&self, d: &[f64], y: &mut [f64]) {
         self.problem.hessian(self.x, d, y);

@@ -1,32 +1,10 @@
 //! Walls and moving obstacles: conditions on the velocities of the nodes inside them.
 
-use crate::error::{MpmError, positive};
+use crate::error::MpmError;
+use fem_kinematics::ImplicitSurface;
 
-/// A solid in D dimensions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape<const D: usize> {
-    /// All points closer than `radius` (m) to `center` (m).
-    Sphere {
-        /// Center, m.
-        center: [f64; D],
-        /// Radius, m.
-        radius: f64,
-    },
-    /// All points x with `normal · (x − point) < 0`; the unit normal points out of the solid.
-    HalfSpace {
-        /// A point of the surface, m.
-        point: [f64; D],
-        /// Outward unit normal.
-        normal: [f64; D],
-    },
-    /// An axis-aligned box.
-    Box {
-        /// Lowest corner, m.
-        min: [f64; D],
-        /// Highest corner, m.
-        max: [f64; D],
-    },
-}
+/// How far the length of a normal may be from 1.
+const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// What a node inside an obstacle may do relative to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +24,7 @@ pub enum Contact {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle<const D: usize> {
     /// Where it is at time 0.
-    pub shape: Shape<D>,
+    pub shape: ImplicitSurface<D>,
     /// What it does to the nodes inside.
     pub contact: Contact,
     /// Its velocity, m/s.
@@ -66,7 +44,7 @@ pub struct ContactConstraint<const D: usize> {
 
 impl<const D: usize> Obstacle<D> {
     /// A fixed obstacle.
-    pub fn fixed(shape: Shape<D>, contact: Contact) -> Self {
+    pub fn fixed(shape: ImplicitSurface<D>, contact: Contact) -> Self {
         Self {
             shape,
             contact,
@@ -81,7 +59,10 @@ impl<const D: usize> Obstacle<D> {
             for (point, sign) in [(min, 1.0), (max, -1.0)] {
                 let mut normal = [0.0; D];
                 normal[a] = sign;
-                walls.push(Self::fixed(Shape::HalfSpace { point, normal }, contact));
+                walls.push(Self::fixed(
+                    ImplicitSurface::HalfSpace { point, normal },
+                    contact,
+                ));
             }
         }
         walls
@@ -92,30 +73,12 @@ impl<const D: usize> Obstacle<D> {
     /// normal, box or friction that makes no sense.
     pub(crate) fn check(&self) -> Result<(), MpmError> {
         finite("velocity of an obstacle", self.velocity)?;
-        match self.shape {
-            Shape::Sphere { center, radius } => {
-                finite("center of an obstacle", center)?;
-                positive("obstacle radius", radius)?;
-            }
-            Shape::HalfSpace { point, normal } => {
-                finite("point of an obstacle", point)?;
-                let length = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
-                if !((length - 1.0).abs() < 1e-6) {
-                    return Err(MpmError::Parameter {
-                        what: "length of an obstacle's normal",
-                        value: length,
-                        need: "1",
-                    });
-                }
-            }
-            Shape::Box { min, max } => {
-                finite("lowest corner of an obstacle box", min)?;
-                finite("highest corner of an obstacle box", max)?;
-                for a in 0..D {
-                    positive("side of an obstacle box", max[a] - min[a])?;
-                }
-            }
-        }
+        let usable = self.shape.check(UNIT_TOLERANCE);
+        usable.map_err(|bad| MpmError::Parameter {
+            what: bad.what,
+            value: bad.value,
+            need: bad.needed,
+        })?;
         match self.contact {
             Contact::Separate { friction } if !(friction >= 0.0) => Err(MpmError::Parameter {
                 what: "friction",
@@ -130,47 +93,12 @@ impl<const D: usize> Obstacle<D> {
     #[inline]
     pub fn touch(&self, x: [f64; D], time: f64) -> Option<ContactConstraint<D>> {
         let x: [f64; D] = core::array::from_fn(|a| x[a] - self.velocity[a] * time);
-        let normal = match self.shape {
-            Shape::Sphere { center, radius } => {
-                let r: [f64; D] = core::array::from_fn(|a| x[a] - center[a]);
-                let distance = r.iter().map(|v| v * v).sum::<f64>().sqrt();
-                if !(distance < radius) {
-                    return None;
-                }
-                let mut up = [0.0; D];
-                up[D - 1] = 1.0;
-                if distance > 0.0 {
-                    r.map(|v| v / distance)
-                } else {
-                    up
-                }
-            }
-            Shape::HalfSpace { point, normal } => {
-                let height: f64 = (0..D).map(|a| normal[a] * (x[a] - point[a])).sum();
-                if !(height < 0.0) {
-                    return None;
-                }
-                normal
-            }
-            Shape::Box { min, max } => {
-                if !(0..D).all(|a| x[a] > min[a] && x[a] < max[a]) {
-                    return None;
-                }
-                let mut nearest = (f64::INFINITY, 0, 0.0);
-                for a in 0..D {
-                    for (depth, sign) in [(x[a] - min[a], -1.0), (max[a] - x[a], 1.0)] {
-                        if depth < nearest.0 {
-                            nearest = (depth, a, sign);
-                        }
-                    }
-                }
-                let mut normal = [0.0; D];
-                normal[nearest.1] = nearest.2;
-                normal
-            }
-        };
+        // NaN touches nothing; the step is refused for it elsewhere.
+        if !(self.shape.distance(&x) < 0.0) {
+            return None;
+        }
         Some(ContactConstraint {
-            normal,
+            normal: self.shape.normal(&x),
             velocity: self.velocity,
             contact: self.contact,
         })

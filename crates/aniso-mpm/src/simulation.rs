@@ -6,12 +6,13 @@ use crate::damage::{Augmentation, DamageUpdate};
 use crate::error::{MpmError, positive};
 use crate::float::{Float, worse};
 use crate::implicit::ImplicitStep;
-use crate::law::{Law, wave_speed};
 use crate::obstacle::Obstacle;
 use crate::particles::Particles;
 use crate::transfer::Scheme;
+use crate::wave_speed::wave_speed;
 use crate::window::{CHUNK, Node};
 use fem_kinematics::Mat;
+use fem_materials::DamageField;
 use rayon::prelude::*;
 
 /// Numbers that steer a run.
@@ -81,9 +82,9 @@ impl<const D: usize> Settings<D> {
 
 /// A material-point simulation in `D` dimensions: state in `T` (`f64` or `f32`), transfers by `S`.
 #[derive(Clone, Debug)]
-pub struct Simulation<T, S: Scheme, L, const D: usize> {
+pub struct Simulation<T, S: Scheme, M, const D: usize> {
     pub(crate) settings: Settings<D>,
-    pub(crate) bodies: Vec<Body<L, D>>,
+    pub(crate) bodies: Vec<Body<M, D>>,
     pub(crate) obstacles: Vec<Obstacle<D>>,
     pub(crate) particles: Particles<T, D>,
     /// The next state is written here and swapped in when it is found good.
@@ -114,7 +115,7 @@ pub struct Energies {
     pub damaged_volume: f64,
 }
 
-impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
     /// A simulation at time 0.
     ///
     /// # Errors
@@ -122,7 +123,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
     /// which field.
     pub fn new(
         settings: Settings<D>,
-        bodies: Vec<Body<L, D>>,
+        bodies: Vec<Body<M, D>>,
         obstacles: Vec<Obstacle<D>>,
         particles: Particles<T, D>,
     ) -> Result<Self, MpmError> {
@@ -160,7 +161,7 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
         &self.particles
     }
     /// The bodies.
-    pub fn bodies(&self) -> &[Body<L, D>] {
+    pub fn bodies(&self) -> &[Body<M, D>] {
         &self.bodies
     }
     /// The obstacles.
@@ -202,8 +203,8 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
             .map(|i| {
                 let F = Mat::from_fn(|a, b| p.F[i].0[a][b].to_f64());
                 let density = p.mass[i].to_f64() / p.volume[i].to_f64();
-                let law = &self.bodies[p.body[i] as usize].law;
-                wave_speed(law, &F, p.damage[i].to_f64(), density)
+                let material = &self.bodies[p.body[i] as usize].material;
+                wave_speed(material, &F, p.damage[i].to_f64(), density)
             })
             .reduce(|| 0.0, worse)
     }
@@ -253,8 +254,8 @@ impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
                             e.kinetic += 0.5 * m * inertia * p.C[i].0[a][b].to_f64().powi(2);
                         }
                     }
-                    let law = &self.bodies[p.body[i] as usize].law;
-                    e.elastic += volume * law.energy(&F, d);
+                    let material = &self.bodies[p.body[i] as usize].material;
+                    e.elastic += volume * material.energy(&M::at_damage(d), &F);
                     e.damaged_volume += volume * d;
                 }
                 e

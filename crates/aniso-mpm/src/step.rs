@@ -4,12 +4,12 @@ use crate::blocks::BLOCK_NODES;
 use crate::damage::DamageOutput;
 use crate::error::MpmError;
 use crate::float::{Float, all_finite, worse};
-use crate::law::Law;
 use crate::obstacle::Obstacle;
 use crate::simulation::{Integrator, Simulation};
 use crate::stresses::kirchhoff_stresses;
 use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
 use crate::window::{CHUNK, Node};
+use fem_materials::DamageField;
 use rayon::prelude::*;
 use std::marker::PhantomData;
 
@@ -29,7 +29,7 @@ pub struct FrameInfo {
     pub shortest: f64,
 }
 
-impl<T: Float, S: Scheme, L: Law<D>, const D: usize> Simulation<T, S, L, D> {
+impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
     /// Advances by `duration` seconds in as many steps as motion, waves and deformation ask for.
     ///
     /// # Errors

@@ -2,9 +2,9 @@
 
 use crate::body::Body;
 use crate::float::Float;
-use crate::law::Law;
 use crate::particles::Particles;
 use fem_kinematics::{F64x8, Lanes, Mat, Pack, PackedKernel, dispatch_packed};
+use fem_materials::DamageField;
 use rayon::prelude::*;
 
 /// Particles handled by one task, a multiple of eight.
@@ -12,11 +12,11 @@ const CHUNK: usize = 1024;
 
 /// τ = P(F, d) Fᵀ of every particle in a body that is `wanted`, Pa, and 0 for the others. `damage`
 /// is d, or 0 everywhere. Always computed in `f64`: that is what lanes are made of.
-pub(crate) fn kirchhoff_stresses<T: Float, L: Law<D>, const D: usize>(
+pub(crate) fn kirchhoff_stresses<T: Float, M: DamageField<D>, const D: usize>(
     particles: &Particles<T, D>,
-    bodies: &[Body<L, D>],
+    bodies: &[Body<M, D>],
     damage: Option<&[T]>,
-    wanted: impl Fn(&Body<L, D>) -> bool + Sync,
+    wanted: impl Fn(&Body<M, D>) -> bool + Sync,
     tau: &mut Vec<Mat<T, D>>,
 ) {
     tau.resize(particles.len(), Mat::zeros());
@@ -38,7 +38,7 @@ pub(crate) fn kirchhoff_stresses<T: Float, L: Law<D>, const D: usize>(
                     continue;
                 }
                 dispatch_packed(OfBody {
-                    law: &of_body.law,
+                    material: &of_body.material,
                     body: (present.len() > 1).then_some(body),
                     bodies: of_particle,
                     F: &particles.F[first..last],
@@ -49,16 +49,16 @@ pub(crate) fn kirchhoff_stresses<T: Float, L: Law<D>, const D: usize>(
         });
 }
 
-struct OfBody<'a, L, T, const D: usize> {
-    law: &'a L,
-    /// The body that has this law, if there are others in `bodies`.
+struct OfBody<'a, M, T, const D: usize> {
+    material: &'a M,
+    /// The body that has this material, if there are others in `bodies`.
     body: Option<u16>,
     bodies: &'a [u16],
     F: &'a [Mat<T, D>],
     damage: Option<&'a [T]>,
     tau: &'a mut [Mat<T, D>],
 }
-impl<L: Law<D>, T: Float, const D: usize> PackedKernel for OfBody<'_, L, T, D> {
+impl<M: DamageField<D>, T: Float, const D: usize> PackedKernel for OfBody<'_, M, T, D> {
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
@@ -89,7 +89,10 @@ impl<L: Law<D>, T: Float, const D: usize> PackedKernel for OfBody<'_, L, T, D> {
                     F.0[i][j] = V::from_lanes(packed[i][j]);
                 }
             }
-            let tau = self.law.stress(&F, V::from_lanes(d)).mul_tr(&F);
+            let tau = self
+                .material
+                .stress(&M::at_damage(V::from_lanes(d)), &F)
+                .mul_tr(&F);
             for i in 0..D {
                 for j in 0..D {
                     packed[i][j] = tau.0[i][j].to_lanes();

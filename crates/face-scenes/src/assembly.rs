@@ -1,12 +1,14 @@
 //! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
-use super::material::{FiberCurve, FiberStretch};
+use super::format::Volume;
+use super::material::{FiberCurve, FiberStretch, NamedMaterial};
 use super::{Scene, SceneError};
-use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber};
+use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
 use fem_materials::curves::{
     Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve, TensionCurve,
 };
-use fem_materials::{FiberLaw, Stretch};
+use fem_materials::registry::ModelError;
+use fem_materials::{FiberLaw, Lame, Stretch};
 
 impl Scene {
     /// The flesh as an assembly: the nodes of cranium and jaw prescribed, one activation channel per
@@ -25,15 +27,22 @@ impl Scene {
         let held: Vec<usize> = held.map(|&n| n as usize).collect();
         let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &held).map_err(in_mesh)?;
         let mut builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
+        let mut bulk = vec![0.0; self.mesh.num_elements()];
         for (r, region) in self.regions.iter().enumerate() {
             let of_tet = self.region_of_tet.iter().enumerate();
             let inside = of_tet.filter(|(_, region)| **region as usize == r);
             let tets: Vec<usize> = inside.map(|(tet, _)| tet).collect();
             if !tets.is_empty() {
-                let added = region.material.add_to(builder, &tets);
-                let added = added.map_err(|e| ("material", format!("{}: {e}", region.name)))?;
+                let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
+                let (material, rest) = self.split(&region.material).map_err(in_region)?;
+                tets.iter().for_each(|&tet| bulk[tet] = rest);
+                let added = material.add_to(builder, &tets).map_err(in_region)?;
                 builder = added.map_err(in_mesh)?;
             }
+        }
+        if bulk.iter().any(|&k| k > 0.0) {
+            let patches = VolumePatches::around_edges(&self.mesh);
+            builder = builder.mean_volume(&patches, &bulk).map_err(in_mesh)?;
         }
         let stretch = match self.fibers.stretch {
             FiberStretch::Total => Stretch::Total,
@@ -49,6 +58,16 @@ impl Scene {
             }
         };
         builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
+    }
+
+    /// What the elements are made of, and the bulk modulus (Pa) that is left for the patches.
+    fn split(&self, material: &NamedMaterial) -> Result<(NamedMaterial, f64), ModelError> {
+        let Lame { mu, lambda } = material.at_rest()?;
+        let softer = match self.volume {
+            Volume::Patches if lambda > mu => material.with_lambda(mu),
+            _ => None,
+        };
+        Ok(softer.map_or((material.clone(), 0.0), |softer| (softer, lambda - mu)))
     }
 
     fn with_fibers<C: TensionCurve + Clone + 'static>(
@@ -87,7 +106,7 @@ fn table(active: &[[f64; 2]], passive: &[[f64; 2]]) -> Result<SplineCurve, Curve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Fibers, NamedMaterial, Region};
+    use crate::{Fibers, Region};
     use fem_kinematics::Mat;
     use fem_materials::Material;
     use fem_materials::presets::{PHYSBAM_FACE, SOFT_TISSUE};
@@ -198,6 +217,7 @@ mod tests {
     #[test]
     fn every_model_of_the_registry_is_reached_by_its_name_and_has_its_own_energy() {
         let mut scene = Scene::builtin(5_000).expect("a face");
+        scene.volume = Volume::Elements;
         scene.fiber_field =
             face_rig::anatomy::FiberField::new(Vec::new(), scene.mesh.num_elements(), 0)
                 .expect("no fibers");

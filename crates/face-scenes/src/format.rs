@@ -25,9 +25,27 @@ pub struct SceneFile {
     /// What all muscles share.
     #[serde(default, alias = "fibres")]
     pub fibers: Fibers,
+    /// Which volumes the flesh keeps; patches of elements by default.
+    #[serde(default)]
+    pub volume: Volume,
     /// Expressions to fit.
     #[serde(default)]
     pub targets: Option<TargetsSpec>,
+}
+
+/// Which volumes the flesh keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Volume {
+    /// Those of small patches of elements ([`fem_assembly::VolumePatches::around_edges`]): what λ
+    /// exceeds μ by resists the change of a patch's volume, (J̄ − 1)², and the elements have λ = μ at
+    /// most. Linear tetrahedra do not lock then. A model that a pair of elastic constants does not
+    /// determine keeps its elements' volumes.
+    #[default]
+    Patches,
+    /// Those of single elements, the model as it stands: near ν = 1/2 linear tetrahedra lock.
+    Elements,
 }
 
 fn one() -> f64 {

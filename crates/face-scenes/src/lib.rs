@@ -96,7 +96,7 @@ pub use error::SceneError;
 pub use expression::{ExpressionFit, Observed, Outcome, fit_expression};
 pub use format::{
     BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inverted,
-    LandmarksSpec, MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec,
+    LandmarksSpec, MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, Volume,
 };
 pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
 pub use pose::{SettingError, parse_activations, parse_angle};
@@ -132,6 +132,8 @@ pub struct Scene {
     pub regions: Vec<Region>,
     /// The region of every element.
     pub region_of_tet: Vec<u32>,
+    /// Which volumes it keeps.
+    pub volume: Volume,
     /// Points on the mesh, by number.
     pub embedding: Vec<EmbeddedPoint>,
     /// The landmarks, ascending by index.

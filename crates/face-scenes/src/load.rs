@@ -1,7 +1,7 @@
 //! From a scene file to plain data: the flesh, its bones and what it is made of.
 
 use super::format::{
-    BonesSpec, FaceSource, FilesSpec, HingeSpec, Inverted, RegionsSpec, SceneFile,
+    BonesSpec, FaceSource, FilesSpec, HingeSpec, Inverted, RegionsSpec, SceneFile, Volume,
 };
 use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
 use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
@@ -83,6 +83,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     };
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
     scene.path = path.to_path_buf();
+    scene.volume = file.volume;
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
     if let Some(spec) = file.targets {
@@ -109,6 +110,7 @@ impl Flesh {
             fibers,
             regions: self.regions,
             region_of_tet: self.region_of_tet,
+            volume: Volume::default(),
             embedding: self.embedding,
             landmarks: self.landmarks,
             skin: self.skin,

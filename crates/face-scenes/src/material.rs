@@ -3,7 +3,10 @@
 use super::names;
 use fem_assembly::{AssemblyBuilder, AssemblyError};
 use fem_materials::presets::{PRESETS, Preset, preset};
-use fem_materials::registry::{ModelError, Parameters, UseSolid, at_rest, with_solid};
+use fem_materials::registry::{
+    ELASTIC_PAIRS, Entry, ModelError, Parameters, SolidVisitor, UseSolid, at_rest, for_each_solid,
+    with_solid,
+};
 use fem_materials::{Lame, Material};
 use serde::de::Error as _;
 use serde::ser::SerializeMap;
@@ -74,6 +77,49 @@ impl NamedMaterial {
             }
         }
         self.with(AtRest)
+    }
+}
+
+impl NamedMaterial {
+    /// The same with another first Lamé parameter λ at rest, pascals, and the same μ; `None` for a
+    /// model that elastic constants do not determine.
+    pub fn with_lambda(&self, lambda: f64) -> Option<Self> {
+        let lame = self.at_rest().ok()?;
+        let own = OwnParameters::of(&self.model, Lame { lambda, ..lame })?;
+        let given = self.parameters.iter();
+        let kept = given.filter(|(name, _)| {
+            let replaced = own.0.iter().any(|(own, _)| own == name);
+            let pair = ELASTIC_PAIRS.iter().flatten().any(|p| p.name == *name);
+            !replaced && !pair
+        });
+        let kept = kept.map(|(name, text)| (name.to_owned(), text.to_owned()));
+        let own = own
+            .0
+            .iter()
+            .map(|(name, x)| ((*name).to_owned(), x.to_string()));
+        Some(Self {
+            model: self.model.clone(),
+            parameters: kept.chain(own).collect(),
+        })
+    }
+}
+
+/// A model's own parameters that come of elastic constants.
+struct OwnParameters(Vec<(&'static str, f64)>);
+
+impl OwnParameters {
+    fn of(model: &str, lame: Lame) -> Option<Self> {
+        struct Finder<'a>(&'a str, Lame, Option<OwnParameters>);
+        impl SolidVisitor for Finder<'_> {
+            fn visit<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
+                if let (true, Some(elastic)) = (entry.is(self.0), entry.elastic) {
+                    self.2 = Some(OwnParameters(elastic(self.1)));
+                }
+            }
+        }
+        let mut finder = Finder(model, lame, None);
+        for_each_solid(&mut finder);
+        finder.2
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::configuration::Configuration;
 use crate::dofs::Dofs;
-use crate::element::RestElement;
 use crate::error::AssemblyError;
 use crate::plan::{Chunk, Piece, Summand, Work};
+use crate::rest::RestElements;
 use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Target, pair};
 use fem_materials::HessianProjection;
 use fem_solvers::{BlockPattern, BlockSymmetric};
@@ -23,7 +23,7 @@ use std::sync::{Arc, OnceLock};
 pub struct Assembly<const D: usize> {
     pub(crate) dofs: Dofs<D>,
     pub(crate) rest: Vec<[f64; D]>,
-    pub(crate) elements: Vec<RestElement<D>>,
+    pub(crate) elements: RestElements<D>,
     pub(crate) pattern: Arc<BlockPattern>,
     pub(crate) summands: Vec<Summand<D>>,
     pub(crate) chunks: Vec<Chunk>,
@@ -98,26 +98,34 @@ impl<const D: usize> Assembly<D> {
     }
     /// Rest volume of each element, m³ (m² in 2D).
     pub fn volumes(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        self.elements.iter().map(|e| e.volume)
+        (0..self.elements.len()).map(|e| self.elements.volume(e))
     }
 
-    /// det F of every element at the given positions; no material is evaluated.
+    /// det F of every element at the given positions, the least of its quadrature points; no material
+    /// is evaluated.
     pub fn volume_ratios(&self, positions: &[[f64; D]]) -> Vec<f64> {
-        self.deformation_gradients(positions)
-            .map(|F| F.determinant())
-            .collect()
+        let of = |e: usize| {
+            self.deformation_gradients(e, positions)
+                .map(|F| F.determinant())
+                .fold(f64::INFINITY, |least, J| if J >= least { least } else { J })
+        };
+        (0..self.elements.len()).map(of).collect()
     }
 
-    /// F = D_s D_m⁻¹ of every element.
+    /// F = Σₐ xₐ ∇Nₐᵀ at each quadrature point of an element; D_s D_m⁻¹ at the one of a linear one.
+    ///
+    /// # Panics
+    /// When there is no such element.
     pub fn deformation_gradients<'a>(
         &'a self,
+        element: usize,
         positions: &'a [[f64; D]],
     ) -> impl ExactSizeIterator<Item = fem_kinematics::Mat<f64, D>> + 'a {
-        self.elements.iter().map(|e| {
-            let origin = positions[e.nodes[0] as usize];
-            fem_kinematics::Mat::from_fn(|i, j| positions[e.nodes[j + 1] as usize][i] - origin[i])
-                * e.inverse_shape
-        })
+        let of = move |point| {
+            self.elements
+                .deformation_gradient(element, point, positions)
+        };
+        (0..self.elements.points_each).map(of)
     }
 
     /// Energy of everything, prescribed elements included, joules; +∞ outside a term's domain.

@@ -2,12 +2,14 @@
 
 use crate::assembly::Assembly;
 use crate::dofs::Dofs;
-use crate::element::RestElement;
 use crate::element_group::Entry;
 use crate::error::AssemblyError;
-use crate::mesh::SimplexMesh;
+use crate::mesh::{QuadraticMesh, SimplexMesh};
 use crate::plan::{self, Chunk, Summand};
+use crate::rest::RestElements;
+use crate::shape::{ElementShape, Linear, Quadratic};
 use crate::term::Term;
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 /// How far from 1 the length of a direction may be.
@@ -28,10 +30,11 @@ pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
 /// assert!(assembly.energy(at_rest).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct AssemblyBuilder<const D: usize> {
+pub struct AssemblyBuilder<const D: usize, S = Linear> {
     dofs: Dofs<D>,
     rest: Vec<[f64; D]>,
-    elements: Vec<RestElement<D>>,
+    elements: RestElements<D>,
+    shape: PhantomData<S>,
     summands: Vec<Summand<D>>,
     /// Stencils of all terms.
     stencils: usize,
@@ -44,28 +47,65 @@ impl<const D: usize> AssemblyBuilder<D> {
     /// # Errors
     /// When the constraints are those of another mesh, or an element is too thin to invert D_m.
     pub fn new(mesh: &SimplexMesh<D>, dofs: Dofs<D>) -> Result<Self, AssemblyError> {
-        let rest = mesh.nodes();
-        if dofs.nodes() != rest.len() {
-            let (what, found) = ("nodes of the constraints", dofs.nodes());
-            return Err(AssemblyError::WrongLength {
-                what,
-                found,
-                expected: rest.len(),
-            });
-        }
-        let elements = mesh
-            .elements()
-            .enumerate()
-            .map(|(e, nodes)| RestElement::new(e, nodes, rest, dofs.rank()))
-            .collect::<Result<_, _>>()?;
-        Ok(Self {
+        same_nodes(mesh.nodes().len(), &dofs)?;
+        let elements = RestElements::linear(mesh.elements(), mesh.nodes(), dofs.rank())?;
+        Ok(Self::of(mesh.nodes(), dofs, elements))
+    }
+}
+
+impl<const D: usize> AssemblyBuilder<D, Quadratic>
+where
+    Quadratic: ElementShape<D>,
+{
+    /// The same for quadratic triangles (3 quadrature points) or tetrahedra (4 points).
+    ///
+    /// ```
+    /// use fem_assembly::mesh::{QuadraticMesh, kuhn_grid};
+    /// use fem_assembly::{AssemblyBuilder, Dofs};
+    /// use fem_materials::NeoHookean;
+    ///
+    /// let mesh = QuadraticMesh::from_linear(&kuhn_grid(2, 2, 2, [1.0; 3])?)?;
+    /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
+    /// let dofs = Dofs::all_free(mesh.nodes())?;
+    /// let assembly = AssemblyBuilder::quadratic(&mesh, dofs)?.material(flesh)?.build()?;
+    /// assert!((assembly.volumes().sum::<f64>() - 1.0).abs() < 1e-14);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`AssemblyBuilder::new`].
+    pub fn quadratic(mesh: &QuadraticMesh<D>, dofs: Dofs<D>) -> Result<Self, AssemblyError> {
+        same_nodes(mesh.nodes().len(), &dofs)?;
+        let edges = QuadraticMesh::<D>::edges_of_an_element();
+        let (rest, rank) = (mesh.nodes(), dofs.rank());
+        let elements = RestElements::quadratic::<Quadratic>(mesh.elements(), edges, rest, rank)?;
+        Ok(Self::of(rest, dofs, elements))
+    }
+}
+
+fn same_nodes<const D: usize>(expected: usize, dofs: &Dofs<D>) -> Result<(), AssemblyError> {
+    let (what, found) = ("nodes of the constraints", dofs.nodes());
+    if found == expected {
+        return Ok(());
+    }
+    Err(AssemblyError::WrongLength {
+        what,
+        found,
+        expected,
+    })
+}
+
+impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
+    fn of(rest: &[[f64; D]], dofs: Dofs<D>, elements: RestElements<D>) -> Self {
+        Self {
             dofs,
             rest: rest.to_vec(),
             elements,
+            shape: PhantomData,
             summands: Vec::new(),
             stencils: 0,
             controls: 0,
-        })
+        }
     }
 
     /// Adds a kind of energy; all that are given add up.
@@ -98,11 +138,14 @@ impl<const D: usize> AssemblyBuilder<D> {
         self
     }
 
+    pub(crate) fn rest(&self) -> &[[f64; D]] {
+        &self.rest
+    }
     /// Number of terms so far.
     pub(crate) fn terms(&self) -> usize {
         self.summands.len()
     }
-    pub(crate) fn elements(&self) -> &[RestElement<D>] {
+    pub(crate) fn elements(&self) -> &RestElements<D> {
         &self.elements
     }
 
@@ -119,7 +162,7 @@ impl<const D: usize> AssemblyBuilder<D> {
         };
         let entries: Result<Vec<Entry>, _> = elements.iter().enumerate().map(check).collect();
         let mut entries = entries?;
-        entries.sort_by_key(|entry| self.elements[entry.element as usize].first_row);
+        entries.sort_by_key(|entry| self.elements.first_rows[entry.element as usize]);
         Ok(entries)
     }
 

@@ -1,144 +1,140 @@
 //! Eight elements side by side, as the kernels read them.
 
-use crate::error::AssemblyError;
-use fem_kinematics::{F64x8, Lanes, Mat, Pack};
+use crate::rest::RestElements;
+use crate::shape::ElementShape;
+use fem_kinematics::{F64x8, Mat, Pack};
 
 /// Elements in one batch: the lanes of [`F64x8`].
 pub(crate) const LANES: usize = 8;
-/// Most vertices that a simplex has here; triangles use three of the four places.
-pub(crate) const VERTICES: usize = 4;
-/// Most pairs (a ≥ b) of vertices: the lower half of the element stiffness.
-pub(crate) const PAIRS: usize = VERTICES * (VERTICES + 1) / 2;
 
-/// The rest state of one simplex. Vertices are sorted by their row among the unknowns, prescribed
-/// ones last, so that the lower half of its stiffness lands in the lower half of the Hessian.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RestElement<const D: usize> {
-    pub nodes: [u32; VERTICES],
-    /// Its first row, `u32::MAX` where all its vertices are prescribed.
-    pub first_row: u32,
-    /// D_m⁻¹: row a − 1 is the gradient of the shape function of vertex a.
-    pub inverse_shape: Mat<f64, D>,
-    /// |det D_m|/D!
-    pub volume: f64,
-}
-
-impl<const D: usize> RestElement<D> {
-    pub fn new(
-        element: usize,
-        nodes: &[u32],
-        rest: &[[f64; D]],
-        rank: &[u32],
-    ) -> Result<Self, AssemblyError> {
-        let mut sorted = [0; VERTICES];
-        for (place, &node) in sorted.iter_mut().zip(nodes) {
-            if node as usize >= rest.len() {
-                let (node, count) = (node as usize, rest.len());
-                return Err(AssemblyError::NoSuchNode { node, count });
-            }
-            *place = node;
-        }
-        sorted[..=D].sort_by_key(|&n| (rank[n as usize], n));
-        let origin = rest[sorted[0] as usize];
-        let shape = Mat::<f64, D>::from_fn(|i, j| rest[sorted[j + 1] as usize][i] - origin[i]);
-        let factorial = if D == 2 { 2.0 } else { 6.0 };
-        let volume = shape.determinant().abs() / factorial;
-        let inverse_shape = shape.inverse();
-        let usable = volume > 0.0
-            && volume.is_finite()
-            && inverse_shape.0.iter().flatten().all(|v| v.is_finite());
-        if !usable {
-            let nodes = nodes.to_vec();
-            return Err(AssemblyError::DegenerateElement {
-                element,
-                volume,
-                nodes,
-            });
-        }
-        Ok(Self {
-            nodes: sorted,
-            first_row: rank[sorted[0] as usize],
-            inverse_shape,
-            volume,
-        })
-    }
-}
-
-/// Eight elements. Unused lanes repeat the last element with volume 0.
-#[derive(Clone, Debug)]
-pub(crate) struct ElementBatch<const D: usize> {
-    pub nodes: [[u32; LANES]; VERTICES],
-    pub inverse_shape: Mat<F64x8, D>,
-    pub volume: F64x8,
+/// Eight elements. Unused lanes repeat the last element with weight 0.
+#[derive(Clone, Copy)]
+pub(crate) struct ElementBatch<const D: usize, S: ElementShape<D>> {
+    pub nodes: S::Nodes<[u32; LANES]>,
+    pub points: S::Points<QuadraturePoint<D, S>>,
     /// How many lanes are in use.
     pub used: usize,
 }
 
-impl<const D: usize> ElementBatch<D> {
+/// The same quadrature point of eight elements.
+#[derive(Clone, Copy)]
+pub(crate) struct QuadraturePoint<const D: usize, S: ElementShape<D>> {
+    /// ∇N of every node but the first, 1/m.
+    gradients: S::Rows<[F64x8; D]>,
+    /// Its share of the element's volume, m³ (m² in 2D).
+    pub weight: F64x8,
+}
+
+impl<const D: usize, S: ElementShape<D>> ElementBatch<D, S> {
     /// Packs one to eight elements.
-    pub fn pack(elements: &[RestElement<D>]) -> Self {
-        let at = |lane: usize| &elements[lane.min(elements.len() - 1)];
-        Self {
-            nodes: core::array::from_fn(|a| core::array::from_fn(|lane| at(lane).nodes[a])),
-            inverse_shape: Mat::from_fn(|i, j| {
-                Lanes(core::array::from_fn(|lane| at(lane).inverse_shape.0[i][j]))
-            }),
-            volume: Lanes(core::array::from_fn(|lane| {
-                if lane < elements.len() {
-                    elements[lane].volume
-                } else {
-                    0.0
-                }
-            })),
-            used: elements.len(),
-        }
-    }
-
-    /// D_s of a nodal field: column a − 1 is the field at vertex a less that at vertex 0.
-    #[inline(always)]
-    fn shape_matrix(&self, field: &[[f64; D]]) -> Mat<F64x8, D> {
-        let mut shape = Mat::<F64x8, D>::zeros();
+    pub fn pack(chosen: &[u32], elements: &RestElements<D>) -> Self {
+        let empty = QuadraturePoint {
+            gradients: S::rows([F64x8::default(); D]),
+            weight: F64x8::default(),
+        };
+        let mut batch = Self {
+            nodes: S::nodes([0; LANES]),
+            points: S::points(empty),
+            used: chosen.len(),
+        };
         for lane in 0..LANES {
-            let origin = field[self.nodes[0][lane] as usize];
-            for a in 0..D {
-                let vertex = field[self.nodes[a + 1][lane] as usize];
-                for i in 0..D {
-                    shape.0[i][a].0[lane] = vertex[i] - origin[i];
+            let element = chosen[lane.min(chosen.len() - 1)] as usize;
+            let nodes = batch.nodes.as_mut();
+            for (place, &node) in nodes.iter_mut().zip(elements.nodes_of(element)) {
+                place[lane] = node;
+            }
+            for (k, point) in batch.points.as_mut().iter_mut().enumerate() {
+                let rows = point.gradients.as_mut();
+                for (row, gradient) in rows.iter_mut().zip(elements.gradients_of(element, k)) {
+                    for j in 0..D {
+                        row[j].0[lane] = gradient[j];
+                    }
+                }
+                if lane < chosen.len() {
+                    point.weight.0[lane] = elements.weights_of(element)[k];
                 }
             }
         }
-        shape
+        batch
     }
 
-    /// F = D_s D_m⁻¹ of positions; dF of displacements (document 000, 4.1).
+    /// A nodal field at every node but the first, less that at the first: the columns of D_s.
     #[inline(always)]
-    pub fn deformation_gradient<V: Pack>(&self, field: &[[f64; D]]) -> Mat<V, D> {
-        let shape = self.shape_matrix(field);
-        Mat::from_fn(|i, j| V::from_lanes(shape.0[i][j])) * self.inverse_shape()
-    }
-
-    /// D_m⁻¹ in registers.
-    #[inline(always)]
-    pub fn inverse_shape<V: Pack>(&self) -> Mat<V, D> {
-        Mat::from_fn(|i, j| V::from_lanes(self.inverse_shape.0[i][j]))
-    }
-
-    /// ∂E/∂x at each vertex, V P ∇Nₐ: minus the finite-volume force g = P B_m of document 000, 4.4.
-    #[inline(always)]
-    pub fn nodal_gradient<V: Pack>(&self, P: &Mat<V, D>) -> [[F64x8; D]; VERTICES] {
-        let volume = V::from_lanes(self.volume);
-        let inverse_shape = self.inverse_shape::<V>();
-        let mut first = [V::zero(); D];
-        let mut gradient = [[F64x8::default(); D]; VERTICES];
-        for a in 0..D {
-            let column = P.mul_vec(inverse_shape.0[a]);
-            for i in 0..D {
-                let force = column[i] * volume;
-                first[i] -= force;
-                gradient[a + 1][i] = force.to_lanes();
+    pub fn edges(&self, field: &[[f64; D]]) -> S::Rows<[F64x8; D]> {
+        let mut edges = S::rows([F64x8::default(); D]);
+        let (rows, nodes) = (edges.as_mut(), self.nodes.as_ref());
+        for lane in 0..LANES {
+            let origin = field[nodes[0][lane] as usize];
+            for a in 0..S::NODES - 1 {
+                let vertex = field[nodes[a + 1][lane] as usize];
+                for i in 0..D {
+                    rows[a][i].0[lane] = vertex[i] - origin[i];
+                }
             }
         }
-        gradient[0] = first.map(V::to_lanes);
-        gradient
+        edges
+    }
+}
+
+impl<const D: usize, S: ElementShape<D>> QuadraturePoint<D, S> {
+    /// F = Σₐ xₐ ∇Nₐᵀ of positions; dF of displacements. For a linear simplex it is D_s D_m⁻¹
+    /// (document 000, 4.1).
+    #[inline(always)]
+    pub fn deformation_gradient<V: Pack>(&self, edges: &S::Rows<[F64x8; D]>) -> Mat<V, D> {
+        let (edges, gradients) = (edges.as_ref(), self.gradients.as_ref());
+        let mut F = Mat::<V, D>::zeros();
+        for i in 0..D {
+            for j in 0..D {
+                let first = V::from_lanes(edges[0][i]) * V::from_lanes(gradients[0][j]);
+                let mut sum = first;
+                for a in 1..S::NODES - 1 {
+                    sum += V::from_lanes(edges[a][i]) * V::from_lanes(gradients[a][j]);
+                }
+                F.0[i][j] = sum;
+            }
+        }
+        F
+    }
+
+    /// ∇N of the nodes but the first, in registers.
+    #[inline(always)]
+    pub fn gradients<V: Pack>(&self) -> S::Rows<[V; D]> {
+        let mut packed = S::rows([V::zero(); D]);
+        let (rows, gradients) = (packed.as_mut(), self.gradients.as_ref());
+        for a in 0..S::NODES - 1 {
+            for j in 0..D {
+                rows[a][j] = V::from_lanes(gradients[a][j]);
+            }
+        }
+        packed
+    }
+
+    /// ∇N of the nodes but the first in one lane.
+    pub fn gradients_of_lane(&self, lane: usize) -> S::Rows<[f64; D]> {
+        let mut of_lane = S::rows([0.0; D]);
+        for (row, gradient) in of_lane.as_mut().iter_mut().zip(self.gradients.as_ref()) {
+            *row = gradient.map(|g| g.0[lane]);
+        }
+        of_lane
+    }
+
+    /// Adds ∂E/∂x at each node, w P ∇Nₐ: minus the finite-volume force g = P B_m of document 000,
+    /// 4.4.
+    #[inline(always)]
+    pub fn add_nodal_gradient<V: Pack>(&self, P: &Mat<V, D>, sums: &mut S::Nodes<[V; D]>) {
+        let weight = V::from_lanes(self.weight);
+        let (gradients, sums) = (self.gradients.as_ref(), sums.as_mut());
+        for a in 0..S::NODES - 1 {
+            let mut gradient = [V::zero(); D];
+            for j in 0..D {
+                gradient[j] = V::from_lanes(gradients[a][j]);
+            }
+            let column = P.mul_vec(gradient);
+            for i in 0..D {
+                let force = column[i] * weight;
+                sums[0][i] -= force;
+                sums[a + 1][i] += force;
+            }
+        }
     }
 }

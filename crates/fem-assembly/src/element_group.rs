@@ -1,12 +1,15 @@
-//! The elements of one law: energies, nodal gradient, Hessian and its products, eight at a time.
+//! Elements of one material: energies, nodal gradient, Hessian and its products, eight at a time.
 
 use crate::configuration::Configuration;
-use crate::element::{ElementBatch, LANES, PAIRS, RestElement, VERTICES};
-use crate::law::Law;
-use crate::sink::{EnergySink, GradientSink, HessianSink, pair};
+use crate::element::{ElementBatch, LANES};
+use crate::rest::RestElements;
+use crate::shape::ElementShape;
+use crate::sink::{EnergySink, GradientSink, HessianSink};
+use crate::stiffness::element_stiffness;
 use crate::term::{Stencils, Term};
-use fem_kinematics::{F64x8, Mat, Pack, PackedKernel, Real, Tensor4, dispatch_packed};
+use fem_kinematics::{F64x8, Lanes, Mat, Pack, PackedKernel, dispatch_packed};
 use fem_materials::HessianProjection;
+use fem_materials::field::{LocalParameters, MAX_LOCAL_NUMBERS, MaterialField};
 use std::ops::Range;
 
 /// One entry of a list (its index there) and the element that it belongs to: of each element of a
@@ -17,24 +20,69 @@ pub(crate) struct Entry {
     pub element: u32,
 }
 
-/// Elements of one law; the stencils are sorted by their first row.
-pub(crate) struct ElementGroup<const D: usize, L> {
-    law: L,
-    batches: Vec<ElementBatch<D>>,
+/// Elements of one material, each with its local parameters; the stencils are sorted by their first
+/// row.
+pub(crate) struct ElementGroup<const D: usize, S: ElementShape<D>, M> {
+    material: M,
+    batches: Vec<ElementBatch<D, S>>,
     elements: Vec<u32>,
+    /// The local numbers of each batch.
+    locals: Vec<F64x8>,
+    /// Which control sets the number that the material names; empty where none does.
+    control: Vec<[u32; LANES]>,
+    /// How many controls an evaluation needs.
+    controls: usize,
 }
 
-impl<const D: usize, L: Law<D>> ElementGroup<D, L> {
-    /// Packs sorted entries, eight to a batch.
-    pub fn pack(law: L, entries: &[Entry], elements: &[RestElement<D>]) -> Self {
-        let rest: Vec<RestElement<D>> = entries
-            .iter()
-            .map(|entry| elements[entry.element as usize])
-            .collect();
+impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S, M> {
+    const NUMBERS: usize = <M::Local<f64> as LocalParameters<f64>>::COUNT;
+
+    /// Packs sorted entries, eight to a batch. `local` gives the parameters of an entry.
+    pub fn pack(
+        material: M,
+        entries: &[Entry],
+        elements: &RestElements<D>,
+        local: impl Fn(Entry) -> M::Local<f64>,
+    ) -> Self {
+        let ids: Vec<u32> = entries.iter().map(|entry| entry.element).collect();
+        let mut locals = vec![F64x8::default(); Self::NUMBERS * entries.len().div_ceil(LANES)];
+        let mut numbers = [0.0; MAX_LOCAL_NUMBERS];
+        for (chunk, batch) in entries.chunks(LANES).enumerate() {
+            let of_batch = &mut locals[chunk * Self::NUMBERS..(chunk + 1) * Self::NUMBERS];
+            for lane in 0..LANES {
+                local(batch[lane.min(batch.len() - 1)]).write(&mut numbers);
+                for (lanes, number) in of_batch.iter_mut().zip(numbers) {
+                    lanes.0[lane] = number;
+                }
+            }
+        }
         Self {
-            law,
-            batches: rest.chunks(LANES).map(ElementBatch::pack).collect(),
-            elements: entries.iter().map(|entry| entry.element).collect(),
+            material,
+            batches: ids
+                .chunks(LANES)
+                .map(|chosen| ElementBatch::pack(chosen, elements))
+                .collect(),
+            elements: ids,
+            locals,
+            control: Vec::new(),
+            controls: 0,
+        }
+    }
+
+    /// Lets a control of each entry set the number that the material names.
+    pub fn controlled(
+        self,
+        entries: &[Entry],
+        controls: usize,
+        control: impl Fn(Entry) -> usize,
+    ) -> Self {
+        let of_batch = |batch: &[Entry]| {
+            std::array::from_fn(|lane| control(batch[lane.min(batch.len() - 1)]) as u32)
+        };
+        Self {
+            control: entries.chunks(LANES).map(of_batch).collect(),
+            controls,
+            ..self
         }
     }
 
@@ -43,109 +91,193 @@ impl<const D: usize, L: Law<D>> ElementGroup<D, L> {
     fn batches(&self, stencils: &Range<usize>) -> Range<usize> {
         stencils.start / LANES..stencils.end.div_ceil(LANES)
     }
+
+    /// The local parameters of a batch.
+    #[inline(always)]
+    fn local<V: Pack>(&self, batch: usize, controls: &[f64]) -> M::Local<V> {
+        let mut numbers = [V::zero(); MAX_LOCAL_NUMBERS];
+        for n in 0..Self::NUMBERS {
+            numbers[n] = V::from_lanes(self.locals[batch * Self::NUMBERS + n]);
+        }
+        if let (Some(n), false) = (M::CONTROL, self.control.is_empty()) {
+            let mut values = Lanes([0.0; LANES]);
+            for lane in 0..LANES {
+                values.0[lane] = controls[self.control[batch][lane] as usize];
+            }
+            numbers[n] = V::from_lanes(values);
+        }
+        M::Local::<V>::from_numbers(&numbers)
+    }
+
+    /// The local parameters of one element.
+    fn local_of_lane(&self, batch: usize, lane: usize, controls: &[f64]) -> M::Local<f64> {
+        let mut numbers = [0.0; MAX_LOCAL_NUMBERS];
+        for n in 0..Self::NUMBERS {
+            numbers[n] = self.locals[batch * Self::NUMBERS + n].0[lane];
+        }
+        if let (Some(n), false) = (M::CONTROL, self.control.is_empty()) {
+            numbers[n] = controls[self.control[batch][lane] as usize];
+        }
+        M::Local::<f64>::from_numbers(&numbers)
+    }
 }
 
-struct EnergyPass<'a, 'b, const D: usize, L> {
-    group: &'a ElementGroup<D, L>,
+struct EnergyPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
+    group: &'a ElementGroup<D, S, M>,
     at: Configuration<'a, D>,
     batches: Range<usize>,
     sink: &'a mut EnergySink<'b>,
 }
-impl<const D: usize, L: Law<D>> PackedKernel for EnergyPass<'_, '_, D, L> {
+impl<const D: usize, S, M> PackedKernel for EnergyPass<'_, '_, D, S, M>
+where
+    S: ElementShape<D>,
+    M: MaterialField<D>,
+{
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        let start = self.batches.start;
-        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
-            let k = start + offset;
-            let F = batch.deformation_gradient::<V>(self.at.positions());
-            let density = self.group.law.energy(k, self.at.controls(), &F).to_lanes();
+        let group = self.group;
+        for k in self.batches {
+            let batch = &group.batches[k];
+            let edges = batch.edges(self.at.positions());
+            let local = group.local::<V>(k, self.at.controls());
+            let mut energy = [0.0; LANES];
+            for point in batch.points.as_ref() {
+                let F = point.deformation_gradient::<V>(&edges);
+                let density = group.material.energy(&local, &F).to_lanes();
+                for lane in 0..LANES {
+                    energy[lane] += density.0[lane] * point.weight.0[lane];
+                }
+            }
             for lane in 0..batch.used {
-                self.sink
-                    .energy(k * LANES + lane, density.0[lane] * batch.volume.0[lane]);
+                self.sink.energy(k * LANES + lane, energy[lane]);
             }
         }
     }
 }
 
-struct GradientPass<'a, 'b, const D: usize, L> {
-    group: &'a ElementGroup<D, L>,
+struct GradientPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
+    group: &'a ElementGroup<D, S, M>,
     at: Configuration<'a, D>,
     batches: Range<usize>,
     sink: &'a mut GradientSink<'b, D>,
 }
-impl<const D: usize, L: Law<D>> PackedKernel for GradientPass<'_, '_, D, L> {
+impl<const D: usize, S, M> PackedKernel for GradientPass<'_, '_, D, S, M>
+where
+    S: ElementShape<D>,
+    M: MaterialField<D>,
+{
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        let start = self.batches.start;
-        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
-            let k = start + offset;
-            let F = batch.deformation_gradient::<V>(self.at.positions());
-            let (psi, P) = self.group.law.energy_and_stress(k, self.at.controls(), &F);
-            let density = psi.to_lanes();
-            for lane in 0..batch.used {
-                self.sink
-                    .energy(k * LANES + lane, density.0[lane] * batch.volume.0[lane]);
+        let group = self.group;
+        for k in self.batches {
+            let batch = &group.batches[k];
+            let edges = batch.edges(self.at.positions());
+            let local = group.local::<V>(k, self.at.controls());
+            let mut energy = [0.0; LANES];
+            let mut nodal = S::nodes([V::zero(); D]);
+            for point in batch.points.as_ref() {
+                let F = point.deformation_gradient::<V>(&edges);
+                let (psi, P) = group.material.energy_and_stress(&local, &F);
+                let density = psi.to_lanes();
+                for lane in 0..LANES {
+                    energy[lane] += density.0[lane] * point.weight.0[lane];
+                }
+                point.add_nodal_gradient(&P, &mut nodal);
             }
-            let nodal = batch.nodal_gradient(&P);
-            self.sink.add_lanes(k * LANES, &nodal[..=D]);
+            for lane in 0..batch.used {
+                self.sink.energy(k * LANES + lane, energy[lane]);
+            }
+            add_to_nodes::<V, S, D>(self.sink, k, &nodal);
         }
     }
 }
 
-struct HessianPass<'a, 'b, const D: usize, L> {
-    group: &'a ElementGroup<D, L>,
+/// Adds vectors at the nodes of a batch.
+#[inline(always)]
+fn add_to_nodes<V: Pack, S: ElementShape<D>, const D: usize>(
+    sink: &mut GradientSink<D>,
+    batch: usize,
+    nodal: &S::Nodes<[V; D]>,
+) {
+    let mut lanes = S::nodes([F64x8::default(); D]);
+    let (out, nodal) = (lanes.as_mut(), nodal.as_ref());
+    for a in 0..S::NODES {
+        for i in 0..D {
+            out[a][i] = nodal[a][i].to_lanes();
+        }
+    }
+    sink.add_lanes(batch * LANES, &lanes.as_ref()[..S::NODES]);
+}
+
+struct HessianPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
+    group: &'a ElementGroup<D, S, M>,
     at: Configuration<'a, D>,
     batches: Range<usize>,
     sink: &'a mut HessianSink<'b, D>,
 }
-impl<const D: usize, L: Law<D>> PackedKernel for HessianPass<'_, '_, D, L> {
+impl<const D: usize, S, M> PackedKernel for HessianPass<'_, '_, D, S, M>
+where
+    S: ElementShape<D>,
+    M: MaterialField<D>,
+{
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        let mut pairs = [[[[0.0; LANES]; VERTICES]; VERTICES]; PAIRS];
-        let start = self.batches.start;
-        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
-            let k = start + offset;
-            let F = batch.deformation_gradient::<V>(self.at.positions());
-            let T = self.group.law.derivative(k, self.at.controls(), &F);
-            let volume = V::from_lanes(batch.volume);
-            let stiffness = element_stiffness(&T, &batch.inverse_shape::<V>(), volume);
-            for (pair, lanes) in stiffness.iter().zip(&mut pairs) {
+        let group = self.group;
+        let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
+        for k in self.batches {
+            let batch = &group.batches[k];
+            let edges = batch.edges(self.at.positions());
+            let local = group.local::<V>(k, self.at.controls());
+            let mut stiffness = S::pairs(Mat::<V, D>::zeros());
+            for point in batch.points.as_ref() {
+                let F = point.deformation_gradient::<V>(&edges);
+                let T = group.material.stress_derivative(&local, &F);
+                let weight = V::from_lanes(point.weight);
+                element_stiffness::<V, S, D>(&T, &point.gradients::<V>(), weight, &mut stiffness);
+            }
+            let (lanes, stiffness) = (pairs.as_mut(), stiffness.as_ref());
+            for p in 0..lanes.len() {
                 for i in 0..D {
                     for j in 0..D {
-                        lanes[i][j] = pair.0[i][j].to_lanes().0;
+                        lanes[p][i][j] = stiffness[p].0[i][j].to_lanes().0;
                     }
                 }
             }
-            self.sink.add_lanes(k * LANES, batch.used, &pairs);
+            let nodes = S::NODES;
+            self.sink
+                .add_lanes(k * LANES, batch.used, nodes, pairs.as_ref());
         }
     }
 }
 
 /// The Hessian of projected elements, one at a time: the projections decompose F, which in registers
 /// for three instruction sets would multiply the size of the program for a path that few steps take.
-fn projected_hessian<const D: usize, L: Law<D>>(
-    group: &ElementGroup<D, L>,
+fn projected_hessian<const D: usize, S: ElementShape<D>, M: MaterialField<D>>(
+    group: &ElementGroup<D, S, M>,
     at: Configuration<D>,
     projection: HessianProjection,
     batches: Range<usize>,
     sink: &mut HessianSink<D>,
 ) {
-    let mut pairs = [[[[0.0; LANES]; VERTICES]; VERTICES]; PAIRS];
+    let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
     for k in batches {
         let batch = &group.batches[k];
-        let F = batch.deformation_gradient::<F64x8>(at.positions());
+        let edges = batch.edges(at.positions());
         for lane in 0..batch.used {
-            let of_lane = |m: &Mat<F64x8, D>| Mat::<f64, D>::from_fn(|i, j| m.0[i][j].0[lane]);
-            let place = (k, lane);
-            let T = group
-                .law
-                .filtered_derivative(place, at.controls(), &of_lane(&F), projection);
-            let gradients = of_lane(&batch.inverse_shape);
-            let stiffness = element_stiffness(&T, &gradients, batch.volume.0[lane]);
-            for (pair, lanes) in stiffness.iter().zip(&mut pairs) {
+            let local = group.local_of_lane(k, lane, at.controls());
+            let mut stiffness = S::pairs(Mat::<f64, D>::zeros());
+            for point in batch.points.as_ref() {
+                let lanes = point.deformation_gradient::<F64x8>(&edges);
+                let F = Mat::from_fn(|i, j| lanes.0[i][j].0[lane]);
+                let T = projected_derivative(&group.material, &local, &F, projection);
+                let gradients = point.gradients_of_lane(lane);
+                let weight = point.weight.0[lane];
+                element_stiffness::<f64, S, D>(&T, &gradients, weight, &mut stiffness);
+            }
+            for (lanes, pair) in pairs.as_mut().iter_mut().zip(stiffness.as_ref()) {
                 for i in 0..D {
                     for j in 0..D {
                         lanes[i][j][lane] = pair.0[i][j];
@@ -153,110 +285,106 @@ fn projected_hessian<const D: usize, L: Law<D>>(
                 }
             }
         }
-        sink.add_lanes(k * LANES, batch.used, &pairs);
+        sink.add_lanes(k * LANES, batch.used, S::NODES, pairs.as_ref());
     }
 }
 
-/// K_ab = V Σⱼₗ (∇Nₐ)ⱼ (∇N_b)ₗ T(j, l) for every pair a ≥ b; vertex 0 follows from Σₐ Nₐ = 1.
-#[inline(always)]
-fn element_stiffness<T: Real, const D: usize>(
-    derivative: &Tensor4<T, D>,
-    gradients: &Mat<T, D>,
-    volume: T,
-) -> [Mat<T, D>; PAIRS] {
-    let mut stiffness = [Mat::zeros(); PAIRS];
-    let mut corner = Mat::zeros();
-    let mut border = [Mat::zeros(); VERTICES];
-    for b in 0..D {
-        let mut half = [Mat::zeros(); D];
-        for j in 0..D {
-            half[j] = derivative.0[j][0].scale(gradients.0[b][0]);
-            for l in 1..D {
-                half[j] += derivative.0[j][l].scale(gradients.0[b][l]);
-            }
-        }
-        for a in b..D {
-            let mut block = half[0].scale(gradients.0[a][0]);
-            for j in 1..D {
-                block += half[j].scale(gradients.0[a][j]);
-            }
-            let block = block.scale(volume);
-            stiffness[pair(a + 1, b + 1)] = block;
-            border[a + 1] -= block;
-            if a != b {
-                border[b + 1] -= block.transpose();
-            }
-        }
-    }
-    for a in 1..=D {
-        stiffness[pair(a, 0)] = border[a];
-        corner -= border[a];
-    }
-    stiffness[0] = corner.symmetric_part();
-    stiffness
+/// Compiled once for each material.
+#[inline(never)]
+fn projected_derivative<const D: usize, M: MaterialField<D>>(
+    material: &M,
+    local: &M::Local<f64>,
+    F: &Mat<f64, D>,
+    projection: HessianProjection,
+) -> fem_kinematics::Tensor4<f64, D> {
+    material.filtered_derivative(local, F, projection)
 }
 
-struct ProductPass<'a, 'b, const D: usize, L> {
-    group: &'a ElementGroup<D, L>,
+struct ProductPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
+    group: &'a ElementGroup<D, S, M>,
     at: Configuration<'a, D>,
     displacement: &'a [[f64; D]],
     batches: Range<usize>,
     sink: &'a mut GradientSink<'b, D>,
 }
-impl<const D: usize, L: Law<D>> PackedKernel for ProductPass<'_, '_, D, L> {
+impl<const D: usize, S, M> PackedKernel for ProductPass<'_, '_, D, S, M>
+where
+    S: ElementShape<D>,
+    M: MaterialField<D>,
+{
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
-        let start = self.batches.start;
-        for (offset, batch) in self.group.batches[self.batches].iter().enumerate() {
-            let k = start + offset;
-            let F = batch.deformation_gradient::<V>(self.at.positions());
-            let dF = batch.deformation_gradient::<V>(self.displacement);
-            let dP = self
-                .group
-                .law
-                .stress_differential(k, self.at.controls(), &F, &dF);
-            let nodal = batch.nodal_gradient(&dP);
-            self.sink.add_lanes(k * LANES, &nodal[..=D]);
+        let group = self.group;
+        for k in self.batches {
+            let batch = &group.batches[k];
+            let edges = batch.edges(self.at.positions());
+            let moved = batch.edges(self.displacement);
+            let local = group.local::<V>(k, self.at.controls());
+            let mut nodal = S::nodes([V::zero(); D]);
+            for point in batch.points.as_ref() {
+                let F = point.deformation_gradient::<V>(&edges);
+                let dF = point.deformation_gradient::<V>(&moved);
+                let dP = group.material.stress_differential(&local, &F, &dF);
+                point.add_nodal_gradient(&dP, &mut nodal);
+            }
+            add_to_nodes::<V, S, D>(self.sink, k, &nodal);
         }
     }
 }
 
-struct ControlPass<'a, 'b, const D: usize, L> {
-    group: &'a ElementGroup<D, L>,
+struct ControlPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
+    group: &'a ElementGroup<D, S, M>,
     at: Configuration<'a, D>,
-    control: usize,
+    control: u32,
     batches: Range<usize>,
     sink: &'a mut GradientSink<'b, D>,
 }
-impl<const D: usize, L: Law<D>> PackedKernel for ControlPass<'_, '_, D, L> {
+impl<const D: usize, S, M> PackedKernel for ControlPass<'_, '_, D, S, M>
+where
+    S: ElementShape<D>,
+    M: MaterialField<D>,
+{
     type Output = ();
     #[inline(always)]
     fn run<V: Pack>(self) {
+        let group = self.group;
         for k in self.batches {
-            if !self.group.law.has_control(k, self.control) {
+            let control = &group.control[k];
+            if !control.contains(&self.control) {
                 continue;
             }
-            let batch = &self.group.batches[k];
-            let F = batch.deformation_gradient::<V>(self.at.positions());
-            let P = self.group.law.stress_by_control(k, self.control, &F);
-            let nodal = batch.nodal_gradient(&P);
-            self.sink.add_lanes(k * LANES, &nodal[..=D]);
+            let mut listens = Lanes([0.0; LANES]);
+            for lane in 0..LANES {
+                listens.0[lane] = f64::from(u8::from(control[lane] == self.control));
+            }
+            let batch = &group.batches[k];
+            let edges = batch.edges(self.at.positions());
+            let local = group.local::<V>(k, self.at.controls());
+            let mut nodal = S::nodes([V::zero(); D]);
+            for point in batch.points.as_ref() {
+                let F = point.deformation_gradient::<V>(&edges);
+                let P = group.material.stress_by_control(&local, &F);
+                let P = P.scale(V::from_lanes(listens));
+                point.add_nodal_gradient(&P, &mut nodal);
+            }
+            add_to_nodes::<V, S, D>(self.sink, k, &nodal);
         }
     }
 }
 
-impl<const D: usize, L: Law<D>> Term<D> for ElementGroup<D, L> {
+impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for ElementGroup<D, S, M> {
     fn stencils(&self) -> Stencils {
-        let mut nodes = Vec::with_capacity((D + 1) * self.elements.len());
+        let mut nodes = Vec::with_capacity(S::NODES * self.elements.len());
         for batch in &self.batches {
             for lane in 0..batch.used {
-                nodes.extend((0..=D).map(|a| batch.nodes[a][lane] as usize));
+                let of_lane = batch.nodes.as_ref()[..S::NODES].iter();
+                nodes.extend(of_lane.map(|lanes| lanes[lane] as usize));
             }
         }
         Stencils {
             nodes,
-            vertices: D + 1,
+            vertices: S::NODES,
             batch: LANES,
         }
     }
@@ -310,7 +438,7 @@ impl<const D: usize, L: Law<D>> Term<D> for ElementGroup<D, L> {
         });
     }
     fn controls(&self) -> usize {
-        self.law.controls()
+        self.controls
     }
     fn control_gradient(
         &self,
@@ -319,10 +447,13 @@ impl<const D: usize, L: Law<D>> Term<D> for ElementGroup<D, L> {
         stencils: Range<usize>,
         sink: &mut GradientSink<D>,
     ) {
+        if self.control.is_empty() {
+            return;
+        }
         dispatch_packed(ControlPass {
             group: self,
             at,
-            control,
+            control: control as u32,
             batches: self.batches(&stencils),
             sink,
         });

@@ -56,6 +56,14 @@ pub enum AssemblyError {
         /// Its nodes.
         nodes: Vec<u32>,
     },
+    /// A stiffness that pushes the wrong way.
+    #[error("factor {index} of a stiffness is {factor:e}; it must be 0 or greater")]
+    NegativeStiffness {
+        /// Its place in the list.
+        index: usize,
+        /// The factor given.
+        factor: f64,
+    },
     /// NaN or ∞ where a number is needed.
     #[error("{what} {index} is not finite")]
     NotFinite {

@@ -35,13 +35,16 @@ mod dofs;
 mod element;
 mod element_group;
 mod error;
-mod law;
 pub mod mesh;
+mod patches;
 mod plan;
 mod quasistatic;
 mod renewal;
 mod renewing;
+mod rest;
+mod shape;
 mod sink;
+mod stiffness;
 mod term;
 mod terms;
 
@@ -50,8 +53,10 @@ pub use builder::AssemblyBuilder;
 pub use configuration::Configuration;
 pub use dofs::Dofs;
 pub use error::AssemblyError;
+pub use patches::VolumePatches;
 pub use quasistatic::Quasistatic;
 pub use renewing::{RenewedSolution, RenewingError, solve_renewing};
+pub use shape::{ElementShape, Linear, Quadratic};
 pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
 pub use terms::{

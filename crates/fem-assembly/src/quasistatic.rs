@@ -102,8 +102,8 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     fn blocks(&self) -> usize {
         self.assembly.dofs().free_nodes()
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
-        self.assembly.pattern().clone()
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.assembly.pattern().clone())
     }
     fn energy(&self, x: &[f64]) -> f64 {
         self.assembly

@@ -23,8 +23,10 @@ const MOST_ROUNDS: usize = 8;
 pub struct RenewedSolution<const D: usize> {
     /// All positions, meters.
     pub positions: Vec<[f64; D]>,
-    /// The solve, all parts together.
-    pub info: NewtonInfo,
+    /// The last part of the solve, from its last renewal on.
+    pub info: Option<NewtonInfo>,
+    /// Newton steps of all parts.
+    pub iterations: usize,
     /// How often stencils changed.
     pub renewals: usize,
     /// How often the solver had to be made again for a new pattern.
@@ -67,7 +69,8 @@ pub fn solve_renewing<const D: usize>(
 ) -> Result<RenewedSolution<D>, RenewingError> {
     let mut done = RenewedSolution {
         positions: start,
-        info: NOTHING,
+        info: None,
+        iterations: 0,
         renewals: 0,
         analyses: 0,
     };
@@ -75,7 +78,7 @@ pub fn solve_renewing<const D: usize>(
     let (most, mut rounds) = (params.max_iterations, 0);
     renew(assembly, newton, controls, &mut done)?;
     loop {
-        params.max_iterations = most.saturating_sub(done.info.iterations);
+        params.max_iterations = most.saturating_sub(done.iterations);
         let converged = part(assembly, newton, controls, &mut params, &mut done)?;
         let changed = renew(assembly, newton, controls, &mut done)?;
         rounds += usize::from(converged);
@@ -84,17 +87,6 @@ pub fn solve_renewing<const D: usize>(
         }
     }
 }
-
-const NOTHING: NewtonInfo = NewtonInfo {
-    iterations: 0,
-    energy: f64::NAN,
-    gradient_norm: f64::NAN,
-    stop: fem_solvers::StopReason::Gradient,
-    factorizations: 0,
-    linear_iterations: 0,
-    evaluations: 0,
-    projected_steps: 0,
-};
 
 fn renew<const D: usize>(
     assembly: &mut Assembly<D>,
@@ -108,7 +100,8 @@ fn renew<const D: usize>(
     let changed = assembly.renew(at)?;
     done.positions = positions;
     done.renewals += usize::from(changed);
-    if !Arc::ptr_eq(newton.matrix().pattern(), assembly.pattern()) {
+    let analyzed = newton.matrix().map(BlockSymmetric::pattern);
+    if !analyzed.is_some_and(|own| Arc::ptr_eq(own, assembly.pattern())) {
         let problem = Quasistatic::new(assembly, done.positions.clone(), controls.to_vec())?;
         *newton = Newton::new(&problem);
         done.analyses += 1;
@@ -145,24 +138,17 @@ fn part<const D: usize>(
     }
     match solved {
         Ok(info) => {
-            let before = done.info;
-            done.info = NewtonInfo {
-                iterations: before.iterations + info.iterations,
-                factorizations: before.factorizations + info.factorizations,
-                linear_iterations: before.linear_iterations + info.linear_iterations,
-                evaluations: before.evaluations + info.evaluations,
-                projected_steps: before.projected_steps + info.projected_steps,
-                ..info
-            };
+            done.iterations += info.iterations;
+            done.info = Some(info);
             Ok(true)
         }
         Err(error) => {
-            done.info.iterations += last;
+            done.iterations += last;
             let refused = matches!(error.reason, NewtonFailure::LineSearchFailed { .. });
             if refused && covered.due.get() {
                 return Ok(false);
             }
-            let iteration = done.info.iterations;
+            let iteration = done.iterations;
             Err(NewtonError { iteration, ..error }.into())
         }
     }
@@ -172,7 +158,7 @@ impl<const D: usize> NonlinearProblem<D> for Covered<'_, D> {
     fn blocks(&self) -> usize {
         self.problem.blocks()
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
         self.problem.pattern()
     }
     /// No step is acceptable once stencils must be looked for: that ends the solve.

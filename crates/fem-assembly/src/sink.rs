@@ -2,7 +2,7 @@
 //!
 //! The methods are small and inlined into the terms' kernels; see `docs/kernels.md`.
 
-use crate::element::{LANES, PAIRS, VERTICES};
+use crate::element::LANES;
 use fem_kinematics::F64x8;
 
 /// "Not ours": a row or matrix block that another chunk owns, or a prescribed one.
@@ -176,15 +176,16 @@ pub(crate) enum Target<'a, const D: usize> {
 }
 
 impl<const D: usize> HessianSink<'_, D> {
-    /// Adds the blocks of a batch of eight simplices, of which the first `used` exist, pair by pair.
+    /// Adds the blocks of a batch of eight elements, of which the first `used` exist, pair by pair.
     #[inline(always)]
     pub(crate) fn add_lanes(
         &mut self,
         stencil: usize,
         used: usize,
-        blocks: &[[[[f64; LANES]; VERTICES]; VERTICES]; PAIRS],
+        nodes: usize,
+        blocks: &[[[[f64; LANES]; D]; D]],
     ) {
-        let simplex_pairs = pair(D + 1, 0);
+        let all_pairs = pair(nodes, 0);
         if self.scale == 1.0
             && let Target::Matrix {
                 first,
@@ -193,12 +194,12 @@ impl<const D: usize> HessianSink<'_, D> {
                 ..
             } = &mut self.target
         {
-            let start = (stencil - *first) * simplex_pairs;
-            let places = &places[start..start + LANES * simplex_pairs];
+            let start = (stencil - *first) * all_pairs;
+            let places = &places[start..start + LANES * all_pairs];
             let values = &mut **values;
             for lane in 0..LANES {
-                for p in 0..simplex_pairs {
-                    let place = places[lane * simplex_pairs + p];
+                for p in 0..all_pairs {
+                    let place = places[lane * all_pairs + p];
                     // The vertices of an element are sorted: no block is stored transposed.
                     if place != NONE {
                         let value = &mut values[place as usize];
@@ -213,7 +214,7 @@ impl<const D: usize> HessianSink<'_, D> {
             return;
         }
         for lane in 0..used {
-            for a in 0..=D {
+            for a in 0..nodes {
                 for b in 0..=a {
                     let mut block = [[0.0; D]; D];
                     for i in 0..D {

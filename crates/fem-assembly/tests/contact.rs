@@ -173,6 +173,16 @@ fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_sam
     let pressed: f64 = forces[..100].iter().map(|f| f[2]).sum();
     assert!(inner && pressed < -10.0, "{pressed}");
     assert!(lowest > 0.8, "{lowest}");
+    let mesh = blocks(0.1);
+    let depth = |x: &[Point]| {
+        let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, PARAMS).unwrap();
+        let fresh = assembly(&mesh, 0.1);
+        contact.renew(fresh.configuration(x, &[]).unwrap());
+        contact.deepest(x)
+    };
+    let (before, after) = (depth(&lowered(&mesh, 0.16)), depth(&done.positions));
+    assert!((before - 0.06).abs() < 1e-9, "{before}");
+    assert!(after < 0.02, "{after}");
     for threads in [2, 3, 8] {
         assert!(
             solve(threads) == (done.clone(), forces.clone()),

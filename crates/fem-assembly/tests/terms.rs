@@ -4,7 +4,7 @@
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
     Assembly, AssemblyBuilder, AssemblyError, Configuration, Dofs, EnergySink, Fiber, GradientSink,
-    Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Stencils, Term,
+    Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Stencils, Term, VolumePatches,
 };
 use fem_kinematics::Mat;
 use fem_materials::curves::PhysBam;
@@ -114,8 +114,8 @@ fn fibers(mesh: &SimplexMesh<3>) -> Vec<Fiber> {
 }
 
 const CONTROLS: [f64; 5] = [0.3, 0.8, 0.5, 1.5, -0.7];
-const NAMES: [&str; 7] = [
-    "elastic", "fibers", "obstacle", "loads", "gravity", "strings", "scaled",
+const NAMES: [&str; 9] = [
+    "elastic", "fibers", "obstacle", "loads", "gravity", "strings", "edges", "nodes", "scaled",
 ];
 
 fn flesh() -> NeoHookean {
@@ -136,6 +136,12 @@ fn ball(nodes: usize) -> Penalty<3> {
     }
 }
 
+fn bulk(mesh: &SimplexMesh<3>) -> Vec<f64> {
+    (0..mesh.num_elements())
+        .map(|e| 1e3 * (1 + e % 4) as f64)
+        .collect()
+}
+
 fn add(builder: AssemblyBuilder<3>, mesh: &SimplexMesh<3>, name: &str) -> AssemblyBuilder<3> {
     let count = mesh.nodes().len();
     let loads = || NodalLoads::new((0..count).map(|n| (n, [1.0, n as f64, -2.0])).collect());
@@ -150,6 +156,11 @@ fn add(builder: AssemblyBuilder<3>, mesh: &SimplexMesh<3>, name: &str) -> Assemb
         "loads" => builder.term(loads().unwrap()),
         "gravity" => builder.term(Gravity::new(mesh, 1e3, [0.0, 0.0, -9.81]).unwrap()),
         "strings" => builder.term(strings(count)),
+        "edges" => builder.mean_volume(&VolumePatches::around_edges(mesh), &bulk(mesh)),
+        "nodes" => builder.mean_volume(
+            &VolumePatches::around_nodes(mesh).restricted_to(|e| e < 24),
+            &bulk(mesh),
+        ),
         _ => builder
             .term(Scaled::new(loads().unwrap(), 2).unwrap())
             .unwrap()

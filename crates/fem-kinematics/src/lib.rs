@@ -27,6 +27,7 @@
 //! | elements | [`RestShape`], [`shape_matrix`], [`deformation_gradient`], [`flatten_triangle`] |
 //! | decompositions | [`signed_svd`], [`polar`], [`signed_qr`], [`symmetric_eigen`], each with its derivatives |
 //! | measures | [`green_strain`], [`corotated_strain`], [`Invariants`], [`DeviatoricInvariants`], [`log_determinant`] |
+//! | obstacles | [`ImplicitSurface`]: signed distances of convex solids with normals and curvatures |
 //! | stresses | [`cauchy_from_piola`] and its kin |
 //!
 //! Derivatives that do not exist everywhere come as [`Checked`]. Feature `nalgebra`: conversions
@@ -45,6 +46,7 @@ mod dual;
 mod flattening;
 mod frame;
 mod hessian_projection;
+mod implicit_surface;
 mod invariants;
 mod jacobi;
 mod lanes;
@@ -70,6 +72,7 @@ pub use flattening::{
     BLOCK_ORDER_2D, BLOCK_ORDER_3D, ROW_MAJOR_2D, ROW_MAJOR_3D, from_flat, to_flat,
 };
 pub use hessian_projection::HessianProjection;
+pub use implicit_surface::{ImplicitSurface, UnusableSurface};
 pub use invariants::{
     DeviatoricInvariants, Invariants, determinant_minus_one, left_cauchy_green, log_determinant,
     right_cauchy_green,

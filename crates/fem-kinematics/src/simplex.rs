@@ -56,10 +56,10 @@ impl<T: Real, const D: usize> RestShape<T, D> {
     /// From the rest shape matrix D_m, unchecked: not finite where det D_m = 0.
     #[inline(always)]
     pub fn from_shape_matrix(Dm: &Mat<T, D>) -> Self {
-        let factorial = if D == 2 { 0.5 } else { 1.0 / 6.0 };
+        let factorial = if D == 2 { 2.0 } else { 6.0 };
         Self {
             inverse: Dm.inverse(),
-            volume: Dm.determinant().abs() * T::from_f64(factorial),
+            volume: Dm.determinant().abs() / T::from_f64(factorial),
         }
     }
     /// The area normals b₁ … b_D, columns of B_m = −V D_m⁻ᵀ, m² (m for triangles).

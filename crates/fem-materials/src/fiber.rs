@@ -375,6 +375,15 @@ impl<C: TensionCurve + Clone> MaterialField<3> for FiberLaw<C> {
         fiber.energy_and_stress(self, F)
     }
     #[inline(always)]
+    fn evaluate<T: Real>(
+        &self,
+        fiber: &FiberTerm<T>,
+        F: &Mat<T, 3>,
+        projection: HessianProjection,
+    ) -> Evaluation<T, 3> {
+        fiber.evaluate(self, F, projection)
+    }
+    #[inline(always)]
     fn stress_by_control<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> Mat<T, 3> {
         fiber.stress_by_activation(self, F)
     }

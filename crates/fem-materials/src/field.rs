@@ -1,6 +1,6 @@
 //! Materials whose parameters differ from element to element.
 
-use crate::material::Material;
+use crate::material::{Evaluation, Material};
 use fem_kinematics::{HessianProjection, Mat, Real, Tensor4};
 
 /// Most numbers that the local parameters of one element may have.
@@ -94,6 +94,22 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
         (self.energy(local, F), self.stress(local, F))
     }
 
+    /// ψ, P and the filtered ∂P/∂F together.
+    #[inline(always)]
+    fn evaluate<T: Real>(
+        &self,
+        local: &Self::Local<T>,
+        F: &Mat<T, D>,
+        projection: HessianProjection,
+    ) -> Evaluation<T, D> {
+        let (energy, stress) = self.energy_and_stress(local, F);
+        Evaluation {
+            energy,
+            stress,
+            derivative: self.filtered_derivative(local, F, projection),
+        }
+    }
+
     /// ∂P/∂c, c being the number that [`MaterialField::CONTROL`] names, pascals; independent of c.
     #[inline(always)]
     fn stress_by_control<T: Real>(&self, _local: &Self::Local<T>, _F: &Mat<T, D>) -> Mat<T, D> {
@@ -132,6 +148,15 @@ impl<const D: usize, M: Material<D>> MaterialField<D> for M {
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, (): &(), F: &Mat<T, D>) -> (T, Mat<T, D>) {
         Material::energy_and_stress(self, F)
+    }
+    #[inline(always)]
+    fn evaluate<T: Real>(
+        &self,
+        (): &(),
+        F: &Mat<T, D>,
+        projection: HessianProjection,
+    ) -> Evaluation<T, D> {
+        Material::evaluate(self, F, projection)
     }
 }
 
@@ -244,5 +269,9 @@ where
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
         self.field.energy_and_stress(&self.splat::<T, _>(), F)
+    }
+    #[inline(always)]
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
+        self.field.evaluate(&self.splat::<T, _>(), F, filter)
     }
 }

@@ -30,6 +30,7 @@ struct Readme;
 #[cfg(feature = "conformance")]
 pub mod conformance;
 pub mod curves;
+mod damage;
 mod fiber;
 pub mod field;
 pub mod inversion;
@@ -45,6 +46,7 @@ pub mod registry;
 mod sum;
 mod tensor_terms;
 
+pub use damage::DamageField;
 pub use fem_kinematics::HessianProjection;
 pub use fiber::{FiberLaw, FiberTerm, Stretch};
 pub use lame::{Lame, LameError, Space};

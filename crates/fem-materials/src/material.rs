@@ -85,11 +85,4 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
             derivative: self.filtered_derivative(F, filter),
         }
     }
-
-    /// ∂P/∂α, pascals: how the stress grows with a muscle's activation α; 0 for a model that has
-    /// none. P is affine in α.
-    #[inline(always)]
-    fn stress_by_activation<T: Real>(&self, _F: &Mat<T, D>) -> Mat<T, D> {
-        Mat::zeros()
-    }
 }

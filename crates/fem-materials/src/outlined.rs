@@ -47,8 +47,4 @@ impl<const D: usize, M: Material<D>> Material<D> for Outlined<M> {
     fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
         self.0.evaluate(F, filter)
     }
-    #[inline(never)]
-    fn stress_by_activation<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
-        self.0.stress_by_activation(F)
-    }
 }

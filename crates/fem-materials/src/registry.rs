@@ -368,7 +368,7 @@ pub enum ModelError {
 /// ```
 pub trait ModelVisitor {
     /// Called with the recipe of one model in `D` dimensions.
-    fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>);
+    fn visit<M: Material<D> + 'static, const D: usize>(&mut self, entry: &Entry<M>);
 }
 
 impl fmt::Display for Parameters {

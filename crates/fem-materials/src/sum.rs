@@ -60,8 +60,4 @@ impl<const D: usize, M: Material<D>, N: Material<D>> Material<D> for Sum<M, N> {
         let (b, Q) = self.1.energy_and_stress(F);
         (a + b, P + Q)
     }
-    #[inline(always)]
-    fn stress_by_activation<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
-        self.0.stress_by_activation(F) + self.1.stress_by_activation(F)
-    }
 }

@@ -5,7 +5,7 @@
 //! | `A x = b`, `A` a block matrix | [`CholeskyFactor`], once per matrix, on a [`SymbolicCholesky`] made once per pattern |
 //! | `A x = b`, `A` only known by its product | [`pcg()`], [`pcg_semidefinite`] with a [`Preconditioner`] |
 //! | `min E(x)` | [`Newton`] on a [`NonlinearProblem`] |
-//! | a load too large for one solve | [`walk_load`] |
+//! | a way too long for one solve | [`follow_path`] along a [`Path`], [`walk_load`] for a load |
 //! | `min ½‖r(θ)‖²`, bounds, priors, outliers | [`gauss_newton()`] on a [`LeastSquares`] problem |
 //!
 //! Matrices are symmetric, in D×D blocks, lower half stored ([`BlockSymmetric`]). What is claimed of
@@ -23,7 +23,7 @@
 //!
 //! impl NonlinearProblem<1> for Chain {
 //!     fn blocks(&self) -> usize { self.0.blocks() }
-//!     fn pattern(&self) -> Arc<BlockPattern> { self.0.clone() }
+//!     fn pattern(&self) -> Option<Arc<BlockPattern>> { Some(self.0.clone()) }
 //!     fn energy(&self, x: &[f64]) -> f64 {
 //!         let stretch = |i: usize| x[i] - if i > 0 { x[i - 1] } else { 0.0 } - 1.0;
 //!         (0..x.len()).map(|i| 0.5 * stretch(i).powi(2) + 0.25 * stretch(i).powi(4)).sum::<f64>() - 2.0 * x[x.len() - 1]
@@ -67,12 +67,13 @@
 
 mod block_matrix;
 mod cholesky;
+mod continuation;
 mod dense_qr;
 mod gauss_newton;
-mod load_stepping;
 mod newton;
 mod operator;
 mod ordering;
+mod parallel;
 mod pcg;
 mod preconditioner;
 mod small;
@@ -83,16 +84,19 @@ pub use cholesky::{
     CholeskyError, CholeskyFactor, FactorScalar, RefineError, RefineInfo, RefineParams,
     SymbolicCholesky,
 };
+pub use continuation::{
+    ContinuationError, ContinuationInfo, ContinuationParams, Path, follow_path, walk_load,
+};
 pub use gauss_newton::{
     Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonInfo, GaussNewtonIteration,
     GaussNewtonParams, GaussNewtonStop, LeastSquares, Loss, Prior, StepMethod, gauss_newton,
     gauss_newton_observed,
 };
-pub use load_stepping::{LoadSteppingError, LoadSteppingInfo, LoadSteppingParams, walk_load};
 pub use newton::{
     Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,
     Merit, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams,
-    NonlinearProblem, PcgDirection, PreconditionerChoice, ProjectionPolicy, StopReason,
+    NewtonSystem, NonlinearProblem, PcgDirection, PreconditionerChoice, ProjectionPolicy,
+    StopReason, Tangent,
 };
 pub use operator::{
     AssumedPositiveDefinite, LinearOperator, MatrixPreconditioner, Preconditioner, Structure,

@@ -2,6 +2,7 @@
 
 /// What the maker of an operator vouches for. Solvers insist on it instead of guessing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Structure {
     /// Nothing is known.
     General,
@@ -40,6 +41,17 @@ pub trait MatrixPreconditioner<const D: usize>: Preconditioner {
         &mut self,
         matrix: &crate::BlockSymmetric<D>,
     ) -> Result<(), crate::PreconditionerError>;
+
+    /// The same for an operator that is only known by its products.
+    ///
+    /// # Errors
+    /// [`PreconditionerError::NeedsMatrix`](crate::PreconditionerError) unless overridden.
+    fn update_products(
+        &mut self,
+        _operator: &dyn LinearOperator,
+    ) -> Result<(), crate::PreconditionerError> {
+        Err(crate::PreconditionerError::NeedsMatrix)
+    }
 }
 
 /// An operator taken for positive definite on trust.

@@ -31,6 +31,7 @@ impl Default for PcgParams {
 
 /// What a converged solve took.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PcgInfo {
     /// Products with the operator, not counting the one for a non-zero first guess.
     pub iterations: usize,

@@ -1,6 +1,6 @@
 //! Sums over long slices in a fixed order.
 
-use rayon::prelude::*;
+use crate::parallel::map;
 
 /// Entries per partial sum; the cut does not depend on the number of threads.
 const CHUNK: usize = 4096;
@@ -25,11 +25,8 @@ fn dot_chunk(a: &[f64], b: &[f64]) -> f64 {
 /// `aᵀ b`.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     if a.len() >= PARALLEL {
-        let partial: Vec<f64> = a
-            .par_chunks(CHUNK)
-            .zip(b.par_chunks(CHUNK))
-            .map(|(x, y)| dot_chunk(x, y))
-            .collect();
+        let chunks = a.chunks(CHUNK).zip(b.chunks(CHUNK)).collect();
+        let partial: Vec<f64> = map(chunks, |(x, y)| dot_chunk(x, y));
         partial.iter().sum()
     } else {
         a.chunks(CHUNK)

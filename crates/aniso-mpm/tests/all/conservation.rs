@@ -1,19 +1,19 @@
 //! Mass, momentum and angular momentum over many steps of a free, spinning, elastic body.
 use crate::{Host, lattice};
 use aniso_mpm::{
-    Apic, Body, Cubic, FiberReinforced, Linear, MlsMpm, Particles, Quadratic, Scheme, Settings,
-    Simulation, Spline,
+    Apic, Body, Cubic, Linear, MlsMpm, Particles, Quadratic, Scheme, Settings, Simulation, Spline,
 };
 
+use fem_materials::{DegradableQr, QrAnisotropic};
 const H: f64 = 0.1;
 
-const LAW: FiberReinforced = FiberReinforced {
+const LAW: DegradableQr = QrAnisotropic {
     mu: 2e3,
     lambda: 5e3,
     kx: 3e3,
     ky: 1e3,
-    residual: 0.0,
-};
+}
+.degradable(0.0);
 
 /// A stretched and sheared block of uneven density that spins and flies.
 fn spinning_body<const D: usize>() -> Particles<f64, D> {

@@ -1,17 +1,17 @@
 //! The law against exact derivatives, closed forms of a bar, energies, and the implicit step.
 use crate::{Host, lattice};
-use aniso_mpm::{
-    Body, Contact, FiberReinforced, ImplicitStep, Integrator, Law, Obstacle, Settings, Shape,
-};
-use fem_kinematics::{Dual, Mat};
+use aniso_mpm::{Body, Contact, ImplicitStep, Integrator, Obstacle, Settings};
+use fem_kinematics::{Dual, ImplicitSurface, Mat};
+use fem_materials::field::{Local1, MaterialField};
+use fem_materials::{DegradableQr, QrAnisotropic};
 
-const LAW: FiberReinforced = FiberReinforced {
+const LAW: DegradableQr = QrAnisotropic {
     mu: 3.0,
     lambda: 7.0,
     kx: 11.0,
     ky: 5.0,
-    residual: 0.01,
-};
+}
+.degradable(0.01);
 
 /// A value and its derivative along `dF`.
 fn dual<const D: usize>(F: &Mat<f64, D>, dF: &Mat<f64, D>) -> Mat<Dual<f64>, D> {
@@ -20,11 +20,14 @@ fn dual<const D: usize>(F: &Mat<f64, D>, dF: &Mat<f64, D>) -> Mat<Dual<f64>, D> 
 
 fn derivatives_agree<const D: usize>(F: Mat<f64, D>, dF: Mat<f64, D>) {
     for d in [0.0, 0.3, 1.0] {
-        let (P, dP) = (LAW.stress(&F, d), LAW.stress_differential(&F, &dF, d));
+        let (P, dP) = (
+            LAW.stress(&Local1(d), &F),
+            LAW.stress_differential(&Local1(d), &F, &dF),
+        );
         let with_derivative = dual(&F, &dF);
-        let psi = LAW.energy(&with_derivative, Dual::new(d, 0.0));
+        let psi = LAW.energy(&Local1(Dual::new(d, 0.0)), &with_derivative);
         assert!((psi.derivative - P.dot(&dF)).abs() < 1e-12, "{d}");
-        let stress = LAW.stress(&with_derivative, Dual::new(d, 0.0));
+        let stress = LAW.stress(&Local1(Dual::new(d, 0.0)), &with_derivative);
         for i in 0..D {
             for j in 0..D {
                 assert!((stress.0[i][j].derivative - dP.0[i][j]).abs() < 1e-11);
@@ -62,7 +65,7 @@ fn momentum_beyond(x: f64, s: &Host<2>) -> f64 {
 #[test]
 fn fiber_reinforced_bar_under_tension() {
     let h = 0.05;
-    let law = FiberReinforced::from_young_poisson(1e4, 0.3, 3e4, 0.0).unwrap();
+    let law = QrAnisotropic::from_young_poisson(1e4, 0.3, 3e4, 0.0).unwrap();
     let length = 1.0;
     let mut particles = lattice::<f64, 2>([0.0; 2], [length, 0.2], 0.025, |_| true);
     let speed = 0.1;
@@ -75,7 +78,7 @@ fn fiber_reinforced_bar_under_tension() {
         }
     }
     let grip = |min: f64, max: f64, velocity: f64| Obstacle {
-        shape: Shape::Box {
+        shape: ImplicitSurface::Box {
             min: [min, -1.0],
             max: [max, 1.0],
         },
@@ -86,7 +89,7 @@ fn fiber_reinforced_bar_under_tension() {
     settings.gravity = [0.0; 2];
     let mut s = Host::<2>::new(
         settings,
-        vec![Body::elastic(law)],
+        vec![Body::elastic(law.degradable(1e-3))],
         // They hold the same rows of nodes all the time: a row let go would jolt the bar.
         vec![grip(-0.5, 0.095, -speed), grip(length - 0.095, 1.5, speed)],
         particles,
@@ -128,7 +131,11 @@ fn oscillating(integrator: Integrator, cells: f64, obstacles: Vec<Obstacle<2>>) 
     let mut settings = Settings::new(h);
     settings.gravity = [0.0; 2];
     settings.integrator = integrator;
-    let body = Body::elastic(FiberReinforced::from_young_poisson(2e3, 0.3, 2e3, 0.0).unwrap());
+    let body = Body::elastic(
+        QrAnisotropic::from_young_poisson(2e3, 0.3, 2e3, 0.0)
+            .unwrap()
+            .degradable(1e-3),
+    );
     Host::new(settings, vec![body], obstacles, particles).unwrap()
 }
 
@@ -185,14 +192,14 @@ fn implicit_and_symplectic_steps_agree_to_first_order() {
 /// A clamp on the left and a piston from above, which slides on the block.
 fn clamp_and_piston() -> [Obstacle<2>; 2] {
     let clamp = Obstacle::fixed(
-        Shape::Box {
+        ImplicitSurface::Box {
             min: [-1.0, -1.0],
             max: [0.2, 1.5],
         },
         Contact::Sticky,
     );
     let piston = Obstacle {
-        shape: Shape::HalfSpace {
+        shape: ImplicitSurface::HalfSpace {
             point: [0.0, 0.45],
             normal: [0.0, -1.0],
         },

@@ -8,8 +8,9 @@
 //! model's own crack turns towards the notch by ten degrees and more on every grid.)
 use crate::{Host, lattice};
 use aniso_mpm::damage::{DamageModel, DamageParameters, Directors};
-use aniso_mpm::{Body, Contact, Fiber, FiberReinforced, Obstacle, Settings, Shape};
-use fem_kinematics::Mat;
+use aniso_mpm::{Body, Contact, Fiber, Obstacle, Settings};
+use fem_kinematics::{ImplicitSurface, Mat};
+use fem_materials::QrAnisotropic;
 
 const NOTCH: f64 = 0.3;
 
@@ -27,9 +28,11 @@ fn crack_angle(fiber: f64, cells: f64) -> f64 {
         // The walls hold a rim that cannot tear.
         particles.body[p] = u16::from(x.iter().any(|x| (x - 0.5).abs() > 0.4));
     }
-    let law = FiberReinforced::from_young_poisson(1e5, 0.3, 2e5, 0.0).unwrap();
+    let material = QrAnisotropic::from_young_poisson(1e5, 0.3, 2e5, 0.0)
+        .unwrap()
+        .degradable(1e-3);
     let tearing = Body {
-        law,
+        material,
         damage: Some(DamageModel {
             // A crack slow enough for the grid: with η of some milliseconds it outruns the
             // stress of the turned direction and keeps to the rows of the grid.
@@ -42,13 +45,13 @@ fn crack_angle(fiber: f64, cells: f64) -> f64 {
     for axis in 0..2 {
         for sign in [-1.0, 1.0] {
             let mut wall = Obstacle::fixed(
-                Shape::HalfSpace {
+                ImplicitSurface::HalfSpace {
                     point: [0.5; 2],
                     normal: [0.0; 2],
                 },
                 Contact::Slip,
             );
-            if let Shape::HalfSpace { point, normal } = &mut wall.shape {
+            if let ImplicitSurface::HalfSpace { point, normal } = &mut wall.shape {
                 point[axis] += 0.4 * sign;
                 normal[axis] = -sign;
             }
@@ -59,7 +62,7 @@ fn crack_angle(fiber: f64, cells: f64) -> f64 {
     let mut settings = Settings::new(h);
     settings.gravity = [0.0; 2];
     settings.stiffness = 0.7;
-    let bodies = vec![tearing, Body::elastic(law)];
+    let bodies = vec![tearing, Body::elastic(material)];
     let mut s = Host::<2>::new(settings, bodies, walls, particles).unwrap();
     while s.time() < 0.4 {
         s.advance(0.0025).unwrap();

@@ -2,10 +2,9 @@
 //! sums over the particles, collisions in the same solve, and the host.
 use crate::{Host, lattice};
 use aniso_mpm::inextensibility::{CollisionRow, FiberGrid, Projection};
-use aniso_mpm::{
-    Apic, Body, Contact, Fiber, FiberReinforced, Obstacle, Quadratic, Settings, Shape, Simulation,
-};
-use fem_kinematics::{Dual, Mat, dot};
+use aniso_mpm::{Apic, Body, Contact, Fiber, Obstacle, Quadratic, Settings, Simulation};
+use fem_kinematics::{Dual, ImplicitSurface, Mat, dot};
+use fem_materials::QrAnisotropic;
 use fem_solvers::PcgParams;
 
 const H: f64 = 0.1;
@@ -201,12 +200,14 @@ fn host_constrains_the_transported_fiber() {
         particles.F[p] = Mat([[cos, -sin], [sin, cos]]) * Mat([[1.2, 0.1 * x[0]], [0.0, 0.9]]);
         particles.v[p] = [0.5 * x[0] + 0.2 * x[1], -0.8 * x[1] + 0.3];
     }
-    let law = FiberReinforced::from_young_poisson(1e3, 0.3, 0.0, 0.0).unwrap();
+    let material = QrAnisotropic::from_young_poisson(1e3, 0.3, 0.0, 0.0)
+        .unwrap()
+        .degradable(1e-3);
     // Largest average of a·∇v a over a cell, in one step of the host.
     let stretch_rate = |fiber: Fiber| {
         let body = Body {
             fiber,
-            ..Body::elastic(law)
+            ..Body::elastic(material)
         };
         let mut s = Simulation::<f64, Apic<Quadratic>, _, 2>::new(
             Settings::new(H),
@@ -262,7 +263,11 @@ fn fibers_turn_with_the_body() {
     settings.gravity = [0.0; 2];
     let body = Body {
         fiber: Fiber::Inextensible,
-        ..Body::elastic(FiberReinforced::from_young_poisson(1e5, 0.3, 0.0, 0.0).unwrap())
+        ..Body::elastic(
+            QrAnisotropic::from_young_poisson(1e5, 0.3, 0.0, 0.0)
+                .unwrap()
+                .degradable(1e-3),
+        )
     };
     let mut s = Host::<2>::new(settings, vec![body], vec![], particles).unwrap();
     let dt = 2e-3;
@@ -292,7 +297,7 @@ fn a_hanging_column_does_not_stretch() {
             *F = Mat([[0.0, 1.0], [-1.0, 0.0]]);
         }
         let clamp = Obstacle::fixed(
-            Shape::HalfSpace {
+            ImplicitSurface::HalfSpace {
                 point: [0.0, -0.2],
                 normal: [0.0, -1.0],
             },
@@ -300,7 +305,11 @@ fn a_hanging_column_does_not_stretch() {
         );
         let body = Body {
             fiber,
-            ..Body::elastic(FiberReinforced::from_young_poisson(5e4, 0.3, 0.0, 0.0).unwrap())
+            ..Body::elastic(
+                QrAnisotropic::from_young_poisson(5e4, 0.3, 0.0, 0.0)
+                    .unwrap()
+                    .degradable(1e-3),
+            )
         };
         let mut s = Host::<2>::new(Settings::new(H), vec![body], vec![clamp], particles).unwrap();
         s.advance(0.15).unwrap();

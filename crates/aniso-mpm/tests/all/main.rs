@@ -10,11 +10,12 @@ mod scenes;
 mod stability;
 mod textbook;
 
-use aniso_mpm::{FiberReinforced, Float, MlsMpm, Particle, Particles, Quadratic, Simulation};
+use aniso_mpm::{Float, MlsMpm, Particle, Particles, Quadratic, Simulation};
 use fem_kinematics::Mat;
+use fem_materials::DegradableQr;
 
 /// The host that most tests run, one per dimension.
-type Host<const D: usize> = Simulation<f64, MlsMpm<Quadratic>, FiberReinforced, D>;
+type Host<const D: usize> = Simulation<f64, MlsMpm<Quadratic>, DegradableQr, D>;
 
 /// Particles at rest in the middle of the cells of a lattice from `min` to `max`, where `inside`
 /// says so: 1000 kg/m³, body 0, fibers along e₁.

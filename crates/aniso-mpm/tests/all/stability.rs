@@ -6,17 +6,20 @@ use aniso_mpm::damage::{
 };
 use aniso_mpm::inextensibility::{FiberGrid, Projection};
 use aniso_mpm::{
-    Apic, Body, Contact, Cubic, Fiber, FiberReinforced, ImplicitStep, Integrator, Law, MlsMpm,
-    MpmError, Obstacle, Particle, Particles, Quadratic, Settings, Shape, Simulation, worse,
+    Apic, Body, Contact, Cubic, Fiber, ImplicitStep, Integrator, MlsMpm, MpmError, Obstacle,
+    Particle, Particles, Quadratic, Settings, Simulation, worse,
 };
-use fem_kinematics::{Mat, Real};
+use fem_kinematics::{ImplicitSurface, Mat, Real};
+use fem_materials::{DegradableQr, Material, QrAnisotropic};
 use fem_solvers::PcgParams;
 
 const H: f64 = 0.1;
 
-fn tearing_body<const D: usize>(fiber: Fiber) -> Body<FiberReinforced, D> {
+fn tearing_body<const D: usize>(fiber: Fiber) -> Body<DegradableQr, D> {
     Body {
-        law: FiberReinforced::from_young_poisson(1e4, 0.3, 2e4, 1e4).unwrap(),
+        material: QrAnisotropic::from_young_poisson(1e4, 0.3, 2e4, 1e4)
+            .unwrap()
+            .degradable(1e-3),
         damage: Some(DamageModel {
             parameters: DamageParameters::new(H, 500.0, 1e-2),
             directors: Directors::fiber(-1.0),
@@ -246,7 +249,7 @@ fn every_field_of_the_particles_is_checked() {
 
 #[test]
 fn obstacles_that_are_nowhere_are_an_error() {
-    let made = |shape: Shape<2>, velocity: [f64; 2]| {
+    let made = |shape: ImplicitSurface<2>, velocity: [f64; 2]| {
         let obstacle = Obstacle {
             shape,
             contact: Contact::Sticky,
@@ -254,15 +257,15 @@ fn obstacles_that_are_nowhere_are_an_error() {
         };
         Host::<2>::new(Settings::new(H), vec![], vec![obstacle], Particles::new()).is_ok()
     };
-    let sphere = |center| Shape::Sphere {
+    let sphere = |center| ImplicitSurface::Sphere {
         center,
         radius: 1.0,
     };
-    let half_space = |point| Shape::HalfSpace {
+    let half_space = |point| ImplicitSurface::HalfSpace {
         point,
         normal: [0.0, 1.0],
     };
-    let cuboid = |min, max| Shape::Box { min, max };
+    let cuboid = |min, max| ImplicitSurface::Box { min, max };
     assert!(made(sphere([0.0; 2]), [0.0; 2]));
     assert!(made(half_space([0.0; 2]), [0.0; 2]));
     assert!(made(cuboid([0.0; 2], [1.0; 2]), [0.0; 2]));
@@ -284,7 +287,7 @@ fn elastic_constants_of_no_stable_material_are_an_error() {
         (-1.0, 0.3),
         (f64::NAN, 0.3),
     ] {
-        let made = FiberReinforced::from_young_poisson(young, poisson, 0.0, 0.0);
+        let made = QrAnisotropic::from_young_poisson(young, poisson, 0.0, 0.0);
         assert!(made.is_err(), "{young} {poisson}: {made:?}");
     }
 }
@@ -353,17 +356,17 @@ fn nan_stays_where_the_worst_is_looked_for() {
     assert!(projection.project(v, &PcgParams::default()).is_err());
 }
 
-/// A law whose stress points uphill: no step along Newton's direction lowers the energy.
+/// A material whose stress points uphill: no step along Newton's direction lowers the energy.
 #[derive(Clone, Copy)]
 struct Uphill;
-impl Law<2> for Uphill {
-    fn energy<T: Real>(&self, F: &Mat<T, 2>, _: T) -> T {
+impl Material<2> for Uphill {
+    fn energy<T: Real>(&self, F: &Mat<T, 2>) -> T {
         F.norm_squared() * T::from_f64(1e4)
     }
-    fn stress<T: Real>(&self, F: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+    fn stress<T: Real>(&self, F: &Mat<T, 2>) -> Mat<T, 2> {
         F.scale(T::from_f64(-2e4))
     }
-    fn stress_differential<T: Real>(&self, _: &Mat<T, 2>, _: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+    fn stress_differential<T: Real>(&self, _: &Mat<T, 2>, _: &Mat<T, 2>) -> Mat<T, 2> {
         Mat::zeros()
     }
 }
@@ -406,17 +409,17 @@ fn newton_names_what_it_ended_with() {
     }
 }
 
-/// A law that has lost its numbers.
+/// A material that has lost its numbers.
 #[derive(Clone, Copy)]
 struct NotANumber;
-impl Law<2> for NotANumber {
-    fn energy<T: Real>(&self, _: &Mat<T, 2>, _: T) -> T {
+impl Material<2> for NotANumber {
+    fn energy<T: Real>(&self, _: &Mat<T, 2>) -> T {
         T::from_f64(f64::NAN)
     }
-    fn stress<T: Real>(&self, F: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+    fn stress<T: Real>(&self, F: &Mat<T, 2>) -> Mat<T, 2> {
         F.scale(T::from_f64(f64::NAN))
     }
-    fn stress_differential<T: Real>(&self, _: &Mat<T, 2>, dF: &Mat<T, 2>, _: T) -> Mat<T, 2> {
+    fn stress_differential<T: Real>(&self, _: &Mat<T, 2>, dF: &Mat<T, 2>) -> Mat<T, 2> {
         *dF
     }
 }

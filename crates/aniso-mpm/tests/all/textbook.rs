@@ -2,26 +2,30 @@
 //! gradient, every stress taken alone, no sorting, no blocks, no registers.
 use aniso_mpm::kernels::for_each_node;
 use aniso_mpm::{
-    Apic, Body, Cubic, FiberReinforced, Float, Law, Linear, MlsMpm, Particle, Particles, Quadratic,
-    Scheme, Settings, Simulation, Spline, Stencil,
+    Apic, Body, Cubic, Float, Linear, MlsMpm, Particle, Particles, Quadratic, Scheme, Settings,
+    Simulation, Spline, Stencil,
 };
 use fem_kinematics::Mat;
+use fem_materials::field::{Local1, MaterialField};
+use fem_materials::{DegradableQr, QrAnisotropic};
 use std::collections::BTreeMap;
 
 const H: f64 = 0.1;
 const DT: f64 = 1e-3;
 const GRAVITY: f64 = -9.81;
 
-fn bodies<const D: usize>() -> Vec<Body<FiberReinforced, D>> {
+fn bodies<const D: usize>() -> Vec<Body<DegradableQr, D>> {
     [2e3, 5e3, 1e3]
         .map(|mu| {
-            Body::elastic(FiberReinforced {
-                mu,
-                lambda: 5e3,
-                kx: 3e3,
-                ky: 1e3,
-                residual: 0.0,
-            })
+            Body::elastic(
+                QrAnisotropic {
+                    mu,
+                    lambda: 5e3,
+                    kx: 3e3,
+                    ky: 1e3,
+                }
+                .degradable(0.0),
+            )
         })
         .to_vec()
 }
@@ -81,8 +85,10 @@ fn textbook<T: Float, S: Scheme, const D: usize>(particles: &Particles<T, D>) ->
     for p in 0..particles.len() {
         let (F, C) = (wide(&particles.F[p]), wide(&particles.C[p]));
         let (m, volume) = (particles.mass[p].to_f64(), particles.volume[p].to_f64());
-        let law = bodies[usize::from(particles.body[p])].law;
-        let tau = law.stress(&F, particles.damage[p].to_f64()).mul_tr(&F);
+        let material = bodies[usize::from(particles.body[p])].material;
+        let tau = material
+            .stress(&Local1(particles.damage[p].to_f64()), &F)
+            .mul_tr(&F);
         let add = |node, w: f64, away: [f64; D], gradient: [f64; D]| {
             let (mass, momentum) = grid.entry(node).or_insert((0.0, [0.0; D]));
             *mass += w * m;

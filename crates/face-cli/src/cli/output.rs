@@ -179,19 +179,23 @@ fn fibers(
     parameters: &Parameters,
     positions: &[[f64; 3]],
 ) -> (Vec<f64>, Vec<f64>) {
-    let gradients = rig.assembly().deformation_gradients(positions);
-    (0..)
-        .zip(gradients)
-        .map(|(tet, gradient)| {
+    (0_u32..)
+        .take(scene.mesh.num_elements())
+        .map(|tet| {
             let of_tet = scene.fiber_field.of_tet(tet);
             let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
             let stretch = dominant.map_or(1.0, |f| {
-                gradient
-                    .mul_vec(f.direction)
-                    .iter()
-                    .map(|c| c * c)
-                    .sum::<f64>()
-                    .sqrt()
+                let stretches = rig
+                    .assembly()
+                    .deformation_gradients(tet as usize, positions)
+                    .map(|gradient| {
+                        gradient
+                            .mul_vec(f.direction)
+                            .iter()
+                            .map(|c| c * c)
+                            .sum::<f64>()
+                    });
+                stretches.fold(0.0, f64::max).sqrt()
             });
             let activation: f64 = of_tet
                 .iter()

@@ -7,8 +7,8 @@ use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic};
 use fem_solvers::{
-    CholeskyFactor, LinearSolver, Newton, NewtonError, NewtonFailure, NewtonParams,
-    ProjectionPolicy,
+    CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton, NewtonError,
+    NewtonFailure, NewtonParams, Path, ProjectionPolicy, follow_path,
 };
 use std::time::Duration;
 
@@ -38,7 +38,7 @@ struct Tangent {
 pub struct RigParams {
     /// How each equilibrium is solved; forces in newtons.
     pub newton: NewtonParams,
-    /// The smallest part of the way to a new pose that is tried before giving up.
+    /// The smallest part of the way to a new pose that is tried before giving up, in (0, 1].
     pub smallest_step: f64,
 }
 
@@ -185,7 +185,8 @@ impl Rig {
     /// is walked in parts. After an error the rig still holds its last solved pose.
     ///
     /// # Errors
-    /// [`RigError::NoEquilibrium`] says how far the walk came.
+    /// [`RigError::NoEquilibrium`] says how far the walk came; [`RigError::Walk`] when
+    /// [`RigParams::smallest_step`] is no part of a way.
     pub fn solve(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
         self.check(parameters)?;
         let begin = Stopwatch::start();
@@ -201,37 +202,33 @@ impl Rig {
             Some(tangent) if near(&tangent.at) <= near(&self.solved) => tangent.at.clone(),
             _ => self.solved.clone(),
         };
-        let (mut state, mut done, mut part, mut steps) = (start.clone(), 0.0_f64, 1.0_f64, 0);
-        loop {
-            let to = (done + part).min(1.0);
-            let pose = match to {
-                1.0 => target.clone(),
-                _ => between(&start.parameters, target, to),
-            };
-            let guess = self.predict(&state, &pose);
-            match self.equilibrium(guess, &pose) {
-                Ok(in_cranium_frame) => {
-                    state = Equilibrium {
-                        parameters: pose,
-                        in_cranium_frame,
-                    };
-                    if to == 1.0 {
-                        return Ok(state);
-                    }
-                    (done, steps, part) = (to, steps + 1, 2.0 * part);
-                }
-                Err(_) if part * 0.5 >= self.params.smallest_step => part *= 0.5,
-                Err(source) => {
-                    let (percent, source) = (100.0 * done, Box::new(source));
-                    let element = self.inverted_element(&state, &pose);
-                    return Err(RigError::NoEquilibrium {
-                        percent,
-                        steps,
-                        element,
-                        source,
-                    });
-                }
+        let params = ContinuationParams {
+            smallest_step: self.params.smallest_step,
+            ..ContinuationParams::default()
+        };
+        let mut state = start.clone();
+        let mut walk = Walk {
+            rig: self,
+            start: &start.parameters,
+            target,
+        };
+        match follow_path(&mut walk, &mut state, &params) {
+            Ok(_) => Ok(state),
+            Err(ContinuationError::Stuck {
+                reached,
+                step,
+                info,
+                source,
+            }) => {
+                let pose = walk.pose(reached + step);
+                Err(RigError::NoEquilibrium {
+                    percent: 100.0 * reached,
+                    steps: info.steps,
+                    element: self.inverted_element(&state, &pose),
+                    source: Box::new(source),
+                })
             }
+            Err(error) => Err(RigError::Walk(Box::new(error))),
         }
     }
 
@@ -353,6 +350,39 @@ impl Rig {
             Some(index) => Err(RigError::NotFinite { index }),
             None => Ok(()),
         }
+    }
+}
+
+/// The way between two poses.
+struct Walk<'a> {
+    rig: &'a mut Rig,
+    start: &'a Parameters,
+    target: &'a Parameters,
+}
+
+impl Walk<'_> {
+    fn pose(&self, s: f64) -> Parameters {
+        match s {
+            1.0 => self.target.clone(),
+            _ => between(self.start, self.target, s),
+        }
+    }
+}
+
+impl Path for Walk<'_> {
+    type State = Equilibrium;
+    type Error = NewtonError;
+
+    fn predict(&mut self, state: &mut Equilibrium, _: f64, to: f64) {
+        let pose = self.pose(to);
+        state.in_cranium_frame = self.rig.predict(state, &pose);
+        state.parameters = pose;
+    }
+
+    fn correct(&mut self, _: f64, state: &mut Equilibrium) -> Result<(), NewtonError> {
+        let guess = std::mem::take(&mut state.in_cranium_frame);
+        state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
+        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Why a pose could not be solved.
 
 use fem_assembly::AssemblyError;
-use fem_solvers::{NewtonError, NewtonFailure};
+use fem_solvers::{ContinuationError, NewtonError, NewtonFailure};
 
 /// A pose without an equilibrium, or without a derivative there.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +44,9 @@ pub enum RigError {
         /// What Newton's method said last.
         source: Box<NewtonError>,
     },
+    /// The steps of the way to a pose make no sense.
+    #[error("the way to the pose: {0}")]
+    Walk(Box<ContinuationError<NewtonError>>),
     /// The stiffness at an equilibrium is not positive definite: the pose is at a fold, where
     /// dx/dθ does not exist.
     #[error("the equilibrium is not stable, dx/dθ does not exist here: {0}")]

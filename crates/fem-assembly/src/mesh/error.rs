@@ -92,4 +92,23 @@ pub enum MeshError {
     /// A node that belongs to no element.
     #[error("nodes that belong to no element ({0}); remove them, or read with `Orphans::Allow`")]
     Orphan(Ids),
+    /// A quadratic element with a midside node off the middle of its edge.
+    #[error(
+        "quadratic elements with a midside node off the middle of its straight edge ({0}); only \
+         straight edges are supported, in VTK's order 01, 12, 02, 03, 13, 23: straighten them, or \
+         start from `QuadraticMesh::from_linear`"
+    )]
+    NotMidpoint(Ids),
+    /// Quadratic elements that have an edge in common, but not its midside node.
+    #[error(
+        "quadratic elements that share an edge with another one, but not its midside node ({0}); \
+         merge the nodes that lie on one another"
+    )]
+    SplitEdge(Ids),
+    /// A node in the middle of one edge that is also a corner or the middle of another one.
+    #[error(
+        "nodes in the middle of an edge that are also a corner or the middle of another edge ({0}); \
+         remesh there"
+    )]
+    MidsideTwice(Ids),
 }

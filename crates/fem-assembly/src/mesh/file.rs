@@ -1,68 +1,19 @@
 //! A mesh file in memory: points, cells and named data arrays.
 
+use super::array::{Checked, DataArray};
 use super::error::MeshError;
+use super::file_error::MeshFileError;
+use super::quadratic::QuadraticMesh;
 use super::simplex::SimplexMesh;
 use super::validate::{Orientation, Orphans, Repairs};
 use super::vtk;
 use std::path::{Path, PathBuf};
 
-/// VTK's cell type of a triangle and of a tetrahedron.
+/// VTK's cell types.
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
-
-/// The numbers of a data array: integers stay integers, 32-bit floats are widened.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Values {
-    /// Real numbers.
-    Floats(Vec<f64>),
-    /// Whole numbers.
-    Integers(Vec<i64>),
-}
-
-/// A named array with a fixed number of components for each point or cell.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DataArray {
-    /// Its name in the file.
-    pub name: String,
-    /// Numbers for each point or cell.
-    pub components: usize,
-    /// All numbers, the components of one point or cell next to each other.
-    pub values: Values,
-}
-
-impl DataArray {
-    /// One real number for each point or cell.
-    pub fn scalars(name: impl Into<String>, values: &[f64]) -> Self {
-        Self::vectors(name, values.as_chunks::<1>().0)
-    }
-    /// One whole number for each point or cell.
-    pub fn integers(name: impl Into<String>, values: impl IntoIterator<Item = i64>) -> Self {
-        Self {
-            name: name.into(),
-            components: 1,
-            values: Values::Integers(values.into_iter().collect()),
-        }
-    }
-    /// N real numbers for each point or cell.
-    pub fn vectors<const N: usize>(name: impl Into<String>, values: &[[f64; N]]) -> Self {
-        Self {
-            name: name.into(),
-            components: N,
-            values: Values::Floats(values.iter().flatten().copied().collect()),
-        }
-    }
-    /// How many numbers there are in all.
-    pub fn len(&self) -> usize {
-        match &self.values {
-            Values::Floats(v) => v.len(),
-            Values::Integers(v) => v.len(),
-        }
-    }
-    /// Whether there is no number.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
+const QUADRATIC_TRIANGLE: u8 = 22;
+const QUADRATIC_TETRAHEDRON: u8 = 24;
 
 /// What a VTU or legacy VTK file holds: points, cells of any kind, and data arrays by name.
 ///
@@ -88,7 +39,7 @@ pub struct MeshFile {
     pub connectivity: Vec<u32>,
     /// Where each cell ends in `connectivity`.
     pub offsets: Vec<u32>,
-    /// VTK's type of each cell (5 triangle, 10 tetrahedron).
+    /// VTK's type of each cell (5 triangle, 10 tetrahedron, 22 and 24 the quadratic ones).
     pub cell_types: Vec<u8>,
     /// Arrays with a value for each point.
     pub point_data: Vec<DataArray>,
@@ -96,121 +47,15 @@ pub struct MeshFile {
     pub cell_data: Vec<DataArray>,
 }
 
-/// Why a mesh file cannot be read, used or written. Every message names the file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeshFileError {
-    /// The file is missing or cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file is no VTU or VTK file, or is damaged.
-    #[error("{}: {reason}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong and what to do.
-        reason: String,
-    },
-    /// No array of that name.
-    #[error(
-        "{}: no {kind} data array \"{name}\"; the file has {}",
-        path.display(),
-        list(present)
-    )]
-    MissingArray {
-        /// The file.
-        path: PathBuf,
-        /// "point" or "cell".
-        kind: &'static str,
-        /// The name asked for.
-        name: String,
-        /// The names that are there.
-        present: Vec<String>,
-    },
-    /// An array has the wrong number of components or of values.
-    #[error(
-        "{}: {kind} data array \"{name}\" has {found} {what}, expected {expected}",
-        path.display()
-    )]
-    Shape {
-        /// The file.
-        path: PathBuf,
-        /// "point" or "cell".
-        kind: &'static str,
-        /// The array.
-        name: String,
-        /// "components" or "values".
-        what: &'static str,
-        /// What it has.
-        found: usize,
-        /// What was asked for.
-        expected: usize,
-    },
-    /// An array holds NaN, an infinity, or a fraction where whole numbers are expected.
-    #[error(
-        "{}: {kind} data array \"{name}\" at {kind} {index}: {value} is not a {wanted} number",
-        path.display()
-    )]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// "point" or "cell".
-        kind: &'static str,
-        /// The array.
-        name: String,
-        /// The first point or cell with such a value.
-        index: usize,
-        /// The value.
-        value: f64,
-        /// "finite" or "whole".
-        wanted: &'static str,
-    },
-    /// A cell of another kind than the one needed.
-    #[error(
-        "{}: cell {cell} has VTK type {found}, but only {wanted} (type {expected}) can be used; \
-         extract them first",
-        path.display()
-    )]
-    CellType {
-        /// The file.
-        path: PathBuf,
-        /// The first such cell.
-        cell: usize,
-        /// Its VTK type.
-        found: u8,
-        /// The kind needed, in words.
-        wanted: &'static str,
-        /// Its VTK type.
-        expected: u8,
-    },
-    /// The cells make no valid mesh.
-    #[error("{}: {source}", path.display())]
-    Mesh {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: MeshError,
-    },
-}
-
-fn list(names: &[String]) -> String {
-    if names.is_empty() {
-        "none".into()
-    } else {
-        names.join(", ")
-    }
-}
-
 impl MeshFile {
-    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid; every array is returned.
+    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid, in any of the ways in which
+    /// VTK writes them: text, base64, appended (raw or base64); zlib, LZ4, LZMA; 32 or 64 bits;
+    /// either byte order; legacy 1.0 to 5.1. Every array of numbers on points and cells is returned;
+    /// texts, and data of the file as a whole, are not.
     ///
     /// # Errors
-    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error, not left out.
+    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error that names
+    /// it, not left out. A file takes no more memory than its points, cells and bytes account for.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshFileError> {
         vtk::read(path.as_ref())
     }
@@ -235,6 +80,21 @@ impl MeshFile {
     /// A surface of triangles without data; positions in meters.
     pub fn from_triangles(points: Vec<[f64; 3]>, triangles: &[[u32; 3]]) -> Self {
         Self::from_cells(points, triangles.as_flattened().to_vec(), 3, TRIANGLE)
+    }
+    /// A mesh of quadratic tetrahedra without data.
+    pub fn from_quadratic_tets(mesh: &QuadraticMesh<3>) -> Self {
+        let connectivity = mesh.connectivity().to_vec();
+        Self::from_cells(
+            mesh.nodes().to_vec(),
+            connectivity,
+            10,
+            QUADRATIC_TETRAHEDRON,
+        )
+    }
+    /// A plane mesh of quadratic triangles at z = 0 without data.
+    pub fn from_quadratic_triangles(mesh: &QuadraticMesh<2>) -> Self {
+        let points = mesh.nodes().iter().map(|&[x, y]| [x, y, 0.0]).collect();
+        Self::from_cells(points, mesh.connectivity().to_vec(), 6, QUADRATIC_TRIANGLE)
     }
     fn from_cells(points: Vec<[f64; 3]>, connectivity: Vec<u32>, nodes: u32, kind: u8) -> Self {
         let cells = connectivity.len() as u32 / nodes;
@@ -271,12 +131,51 @@ impl MeshFile {
         orphans: Orphans,
     ) -> Result<(SimplexMesh<3>, Repairs), MeshFileError> {
         let connectivity = self.cells_of(TETRAHEDRON, "tetrahedra", 4)?;
-        SimplexMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans).map_err(
-            |source| MeshFileError::Mesh {
-                path: self.path.clone(),
-                source,
-            },
-        )
+        SimplexMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans)
+            .map_err(|source| self.mesh_error(source))
+    }
+    /// The cells as a validated mesh of straight quadratic tetrahedra.
+    ///
+    /// # Errors
+    /// [`MeshFileError::CellType`] for any other cell, [`MeshFileError::Mesh`] for a bad mesh.
+    pub fn quadratic_tet_mesh(
+        &self,
+        orientation: Orientation,
+        orphans: Orphans,
+    ) -> Result<(QuadraticMesh<3>, Repairs), MeshFileError> {
+        let wanted = "quadratic tetrahedra";
+        let connectivity = self.cells_of(QUADRATIC_TETRAHEDRON, wanted, 10)?;
+        QuadraticMesh::with_repairs(self.points.clone(), connectivity, orientation, orphans)
+            .map_err(|source| self.mesh_error(source))
+    }
+    /// The cells as a validated plane mesh of straight quadratic triangles; all points have the
+    /// same z, which is dropped.
+    ///
+    /// # Errors
+    /// As [`MeshFile::quadratic_tet_mesh`]; [`MeshFileError::Format`] where the mesh is not plane.
+    pub fn quadratic_triangle_mesh(
+        &self,
+        orientation: Orientation,
+        orphans: Orphans,
+    ) -> Result<(QuadraticMesh<2>, Repairs), MeshFileError> {
+        let wanted = "quadratic triangles";
+        let connectivity = self.cells_of(QUADRATIC_TRIANGLE, wanted, 6)?;
+        let level = self.points.first().map_or(0.0, |x| x[2]);
+        if let Some(point) = self.points.iter().position(|x| !(x[2] == level)) {
+            let z = self.points[point][2];
+            return Err(self.format(format!(
+                "point {point} has z = {z}, point 0 has {level}: a plane mesh needs one z"
+            )));
+        }
+        let points = self.points.iter().map(|&[x, y, _]| [x, y]).collect();
+        QuadraticMesh::with_repairs(points, connectivity, orientation, orphans)
+            .map_err(|source| self.mesh_error(source))
+    }
+    fn mesh_error(&self, source: MeshError) -> MeshFileError {
+        MeshFileError::Mesh {
+            path: self.path.clone(),
+            source,
+        }
     }
     /// The cells as triangles, indices checked.
     ///
@@ -416,103 +315,5 @@ impl MeshFile {
             checked.finite()?;
         }
         Ok(())
-    }
-}
-
-/// An array together with what its messages need.
-struct Checked<'a> {
-    path: &'a Path,
-    kind: &'static str,
-    array: &'a DataArray,
-    count: usize,
-}
-
-impl<'a> Checked<'a> {
-    fn find(
-        path: &'a Path,
-        kind: &'static str,
-        arrays: &'a [DataArray],
-        name: &str,
-        count: usize,
-    ) -> Result<Self, MeshFileError> {
-        let array =
-            arrays
-                .iter()
-                .find(|a| a.name == name)
-                .ok_or_else(|| MeshFileError::MissingArray {
-                    path: path.to_path_buf(),
-                    kind,
-                    name: name.to_owned(),
-                    present: arrays.iter().map(|a| a.name.clone()).collect(),
-                })?;
-        Ok(Self {
-            path,
-            kind,
-            array,
-            count,
-        })
-    }
-    fn shape(&self, components: usize) -> Result<(), MeshFileError> {
-        let wrong = |what, found, expected| MeshFileError::Shape {
-            path: self.path.to_path_buf(),
-            kind: self.kind,
-            name: self.array.name.clone(),
-            what,
-            found,
-            expected,
-        };
-        if self.array.components != components || components == 0 {
-            return Err(wrong(
-                "components",
-                self.array.components,
-                components.max(1),
-            ));
-        }
-        if self.array.len() != components * self.count {
-            return Err(wrong("values", self.array.len(), components * self.count));
-        }
-        Ok(())
-    }
-    fn value(&self, at: usize, value: f64, wanted: &'static str) -> MeshFileError {
-        MeshFileError::Value {
-            path: self.path.to_path_buf(),
-            kind: self.kind,
-            name: self.array.name.clone(),
-            index: at / self.array.components.max(1),
-            value,
-            wanted,
-        }
-    }
-    fn finite(&self) -> Result<(), MeshFileError> {
-        if let Values::Floats(v) = &self.array.values
-            && let Some(at) = v.iter().position(|x| !x.is_finite())
-        {
-            return Err(self.value(at, v[at], "finite"));
-        }
-        Ok(())
-    }
-    fn vectors<const N: usize>(&self) -> Result<Vec<[f64; N]>, MeshFileError> {
-        self.shape(N)?;
-        self.finite()?;
-        Ok(match &self.array.values {
-            Values::Floats(v) => v.as_chunks::<N>().0.to_vec(),
-            Values::Integers(v) => {
-                let floats = v.as_chunks::<N>().0.iter();
-                floats.map(|x| x.map(|i| i as f64)).collect()
-            }
-        })
-    }
-    fn integers(&self) -> Result<Vec<i64>, MeshFileError> {
-        self.shape(1)?;
-        match &self.array.values {
-            Values::Integers(v) => Ok(v.clone()),
-            Values::Floats(v) => {
-                let whole = |x: &f64| x.fract() == 0.0 && x.abs() < 9e15;
-                match v.iter().position(|x| !whole(x)) {
-                    Some(at) => Err(self.value(at, v[at], "whole")),
-                    None => Ok(v.iter().map(|&x| x as i64).collect()),
-                }
-            }
-        }
     }
 }

@@ -13,11 +13,16 @@
 //! # Ok::<(), fem_assembly::mesh::MeshError>(())
 //! ```
 
+#[cfg(feature = "vtk")]
+mod array;
 pub mod atomic;
 mod error;
 #[cfg(feature = "vtk")]
 mod file;
+#[cfg(feature = "vtk")]
+mod file_error;
 mod grid;
+mod quadratic;
 mod quality;
 mod refine;
 mod simplex;
@@ -26,10 +31,15 @@ mod validate;
 #[cfg(feature = "vtk")]
 mod vtk;
 
+#[cfg(feature = "vtk")]
+pub use array::{DataArray, Values};
 pub use error::{Ids, MeshError};
 #[cfg(feature = "vtk")]
-pub use file::{DataArray, MeshFile, MeshFileError, Values};
+pub use file::MeshFile;
+#[cfg(feature = "vtk")]
+pub use file_error::MeshFileError;
 pub use grid::kuhn_grid;
+pub use quadratic::QuadraticMesh;
 pub use quality::{Distribution, Quality};
 pub use refine::Refined;
 pub use simplex::SimplexMesh;

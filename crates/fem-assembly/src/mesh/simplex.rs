@@ -1,6 +1,6 @@
 //! The mesh itself.
 
-use fem_kinematics::Mat;
+use fem_kinematics::{Mat, shape_matrix};
 
 /// Nodes and simplices in D dimensions (triangles for D = 2, tetrahedra for D = 3), validated:
 /// finite coordinates, indices in range, no element degenerate, inverted or given twice.
@@ -94,8 +94,8 @@ impl SimplexMesh<3> {
 
 /// The matrix whose column k is x_{k+1} − x_0.
 pub(super) fn edges<const D: usize>(nodes: &[[f64; D]], element: &[u32]) -> Mat<f64, D> {
-    let x0 = nodes[element[0] as usize];
-    Mat::from_fn(|i, k| nodes[element[k + 1] as usize][i] - x0[i])
+    let corners: [[f64; D]; 4] = std::array::from_fn(|a| nodes[element[a.min(D)] as usize]);
+    shape_matrix(&corners[..=D])
 }
 
 /// D!.

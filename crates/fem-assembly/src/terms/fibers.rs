@@ -1,13 +1,11 @@
 //! Muscle fibers over a mesh, each in its own element and direction, activated by a control.
 
 use crate::builder::{AssemblyBuilder, UNIT_TOLERANCE};
-use crate::element::LANES;
 use crate::element_group::{ElementGroup, Entry};
 use crate::error::AssemblyError;
-use crate::law::Law;
-use fem_kinematics::{F64x8, Lanes, Mat, Pack, Tensor4};
+use crate::shape::ElementShape;
 use fem_materials::curves::TensionCurve;
-use fem_materials::{FiberLaw, FiberTerm, HessianProjection};
+use fem_materials::{FiberLaw, FiberTerm};
 
 /// One fiber family in one element. An element may carry several; their energies add up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +22,7 @@ pub struct Fiber {
     pub optimal_stretch: f64,
 }
 
-impl AssemblyBuilder<3> {
+impl<S: ElementShape<3>> AssemblyBuilder<3, S> {
     /// Adds fibers of one tension curve. `controls` is the number of controls that an evaluation
     /// will be given at least; every fiber names one of them as its activation.
     ///
@@ -67,129 +65,19 @@ impl AssemblyBuilder<3> {
         }
         let elements: Vec<usize> = fibers.iter().map(|f| f.element).collect();
         let entries = self.entries(&elements)?;
-        let lanes = entries
-            .chunks(LANES)
-            .map(|group| FiberLanes::pack(group, fibers));
-        let law = Fibers {
-            law,
-            lanes: lanes.collect(),
-            controls,
+        let of = |entry: Entry| {
+            let fiber = &fibers[entry.index as usize];
+            FiberTerm {
+                direction: fiber.direction,
+                max_isometric_stress: fiber.max_isometric_stress,
+                optimal_stretch: fiber.optimal_stretch,
+                activation: 0.0,
+            }
         };
-        let group = ElementGroup::pack(law, &entries, self.elements());
+        let control = |entry: Entry| fibers[entry.index as usize].control;
+        let group = ElementGroup::<3, S, _>::pack(law, &entries, self.elements(), of)
+            .controlled(&entries, controls, control);
         self.term(group)
-    }
-}
-
-/// Fibers in the order of the batches of their group.
-struct Fibers<C> {
-    law: FiberLaw<C>,
-    lanes: Vec<FiberLanes>,
-    controls: usize,
-}
-
-/// Eight fibers side by side.
-struct FiberLanes {
-    direction: [F64x8; 3],
-    max_isometric_stress: F64x8,
-    optimal_stretch: F64x8,
-    control: [usize; LANES],
-}
-
-impl FiberLanes {
-    fn pack(group: &[Entry], fibers: &[Fiber]) -> Self {
-        let at = |lane: usize| &fibers[group[lane.min(group.len() - 1)].index as usize];
-        let lanes = |value: &dyn Fn(&Fiber) -> f64| Lanes(std::array::from_fn(|l| value(at(l))));
-        Self {
-            direction: std::array::from_fn(|i| lanes(&|f| f.direction[i])),
-            max_isometric_stress: lanes(&|f| f.max_isometric_stress),
-            optimal_stretch: lanes(&|f| f.optimal_stretch),
-            control: std::array::from_fn(|l| at(l).control),
-        }
-    }
-
-    #[inline(always)]
-    fn term<V: Pack>(&self, activation: V) -> FiberTerm<V> {
-        FiberTerm {
-            direction: self.direction.map(V::from_lanes),
-            max_isometric_stress: V::from_lanes(self.max_isometric_stress),
-            activation,
-            optimal_stretch: V::from_lanes(self.optimal_stretch),
-        }
-    }
-
-    #[inline(always)]
-    fn active<V: Pack>(&self, controls: &[f64]) -> FiberTerm<V> {
-        let lanes = std::array::from_fn(|l| controls[self.control[l]]);
-        self.term(V::from_lanes(Lanes(lanes)))
-    }
-}
-
-impl<C: TensionCurve> Law<3> for Fibers<C> {
-    fn controls(&self) -> usize {
-        self.controls
-    }
-    #[inline(always)]
-    fn energy<V: Pack>(&self, batch: usize, controls: &[f64], F: &Mat<V, 3>) -> V {
-        self.lanes[batch].active(controls).energy(&self.law, F)
-    }
-    #[inline(always)]
-    fn energy_and_stress<V: Pack>(
-        &self,
-        batch: usize,
-        controls: &[f64],
-        F: &Mat<V, 3>,
-    ) -> (V, Mat<V, 3>) {
-        self.lanes[batch]
-            .active(controls)
-            .energy_and_stress(&self.law, F)
-    }
-    #[inline(always)]
-    fn stress_differential<V: Pack>(
-        &self,
-        batch: usize,
-        controls: &[f64],
-        F: &Mat<V, 3>,
-        dF: &Mat<V, 3>,
-    ) -> Mat<V, 3> {
-        self.lanes[batch]
-            .active(controls)
-            .stress_differential(&self.law, F, dF)
-    }
-    #[inline(always)]
-    fn derivative<V: Pack>(&self, batch: usize, controls: &[f64], F: &Mat<V, 3>) -> Tensor4<V, 3> {
-        self.lanes[batch]
-            .active(controls)
-            .stress_derivative(&self.law, F)
-    }
-    #[inline(never)]
-    fn filtered_derivative(
-        &self,
-        (batch, lane): (usize, usize),
-        controls: &[f64],
-        F: &Mat<f64, 3>,
-        filter: HessianProjection,
-    ) -> Tensor4<f64, 3> {
-        let fibers = &self.lanes[batch];
-        let term = FiberTerm {
-            direction: fibers.direction.map(|d| d.0[lane]),
-            max_isometric_stress: fibers.max_isometric_stress.0[lane],
-            activation: controls[fibers.control[lane]],
-            optimal_stretch: fibers.optimal_stretch.0[lane],
-        };
-        term.filtered_derivative(&self.law, F, filter)
-    }
-    #[inline(always)]
-    fn has_control(&self, batch: usize, control: usize) -> bool {
-        self.lanes[batch].control.contains(&control)
-    }
-    #[inline(always)]
-    fn stress_by_control<V: Pack>(&self, batch: usize, control: usize, F: &Mat<V, 3>) -> Mat<V, 3> {
-        let fibers = &self.lanes[batch];
-        let listens = fibers.control.map(|c| f64::from(c == control));
-        fibers
-            .term(V::zero())
-            .stress_by_activation(&self.law, F)
-            .scale(V::from_lanes(Lanes(listens)))
     }
 }
 

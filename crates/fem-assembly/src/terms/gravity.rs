@@ -2,16 +2,15 @@
 
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
-use crate::mesh::SimplexMesh;
+use crate::mesh::{QuadraticMesh, SimplexMesh};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
-use fem_kinematics::Mat;
 use fem_materials::HessianProjection;
 use std::ops::Range;
 
 /// Weight of a body of uniform density ρ: E = −Σₑ ρ Vₑ g·x̄ₑ over the elements' centers x̄ₑ, joules.
 /// Rest volumes make it −Σₙ mₙ g·xₙ with the mass mₙ of a quarter (in 2D a third) of each element
-/// around node n.
+/// around node n; quadratic elements have masses of their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gravity<const D: usize> {
     acceleration: [f64; D],
@@ -28,6 +27,44 @@ impl<const D: usize> Gravity<D> {
         density: f64,
         acceleration: [f64; D],
     ) -> Result<Self, AssemblyError> {
+        let shares = vec![1.0 / (D + 1) as f64; D + 1];
+        Self::of(mesh, mesh.elements(), &shares, density, acceleration)
+    }
+
+    /// The same for quadratic elements: ∫ N dV of a corner is 0 in triangles and −V/20 in
+    /// tetrahedra, of a node on an edge V/3 and V/5.
+    ///
+    /// # Errors
+    /// When a number is not finite.
+    pub fn quadratic(
+        mesh: &QuadraticMesh<D>,
+        density: f64,
+        acceleration: [f64; D],
+    ) -> Result<Self, AssemblyError> {
+        let (corner, edge) = if D == 2 {
+            (0.0, 1.0 / 3.0)
+        } else {
+            (-1.0 / 20.0, 1.0 / 5.0)
+        };
+        let mut shares = vec![edge; QuadraticMesh::<D>::NODES_PER_ELEMENT];
+        shares[..=D].fill(corner);
+        Self::of(
+            mesh.corners(),
+            mesh.elements(),
+            &shares,
+            density,
+            acceleration,
+        )
+    }
+
+    /// Each node of an element carries a share of its mass.
+    fn of<'a>(
+        corners: &SimplexMesh<D>,
+        elements: impl Iterator<Item = &'a [u32]>,
+        shares: &[f64],
+        density: f64,
+        acceleration: [f64; D],
+    ) -> Result<Self, AssemblyError> {
         let numbers = std::iter::once(density).chain(acceleration);
         for (index, number) in numbers.enumerate() {
             if !number.is_finite() {
@@ -35,15 +72,11 @@ impl<const D: usize> Gravity<D> {
                 return Err(AssemblyError::NotFinite { what, index });
             }
         }
-        let rest = mesh.nodes();
-        let mut masses: Vec<(usize, f64)> = (0..rest.len()).map(|n| (n, 0.0)).collect();
-        let factorial = if D == 2 { 2.0 } else { 6.0 };
-        for nodes in mesh.elements() {
-            let corner = |a: usize| rest[nodes[a] as usize];
-            let shape = Mat::<f64, D>::from_fn(|i, j| corner(j + 1)[i] - corner(0)[i]);
-            let share = density * shape.determinant().abs() / factorial / (D + 1) as f64;
-            for &node in nodes {
-                masses[node as usize].1 += share;
+        let mut masses: Vec<(usize, f64)> = (0..corners.num_nodes()).map(|n| (n, 0.0)).collect();
+        for (element, nodes) in elements.enumerate() {
+            let mass = density * corners.volume(element);
+            for (&node, share) in nodes.iter().zip(shares) {
+                masses[node as usize].1 += share * mass;
             }
         }
         masses.retain(|&(_, mass)| mass != 0.0);

@@ -4,6 +4,7 @@ mod contact;
 mod elastic;
 mod fibers;
 mod gravity;
+mod mean_volume;
 mod nodal_loads;
 mod obstacle;
 mod scaled;

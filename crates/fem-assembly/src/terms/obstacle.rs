@@ -5,76 +5,14 @@ use crate::configuration::Configuration;
 use crate::error::AssemblyError;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
-use fem_kinematics::Mat;
+use fem_kinematics::{ImplicitSurface, Mat, UnusableSurface};
 use fem_materials::HessianProjection;
 use std::ops::Range;
 
-/// What nodes may not enter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Obstacle<const D: usize> {
-    /// A ball.
-    Sphere {
-        /// Center, meters.
-        center: [f64; D],
-        /// Radius, meters.
-        radius: f64,
-    },
-    /// Everything behind a plane.
-    HalfSpace {
-        /// A point of the plane, meters.
-        point: [f64; D],
-        /// Unit normal; points out of the obstacle.
-        normal: [f64; D],
-    },
-}
+/// The solid that nodes may not enter.
+pub type Obstacle<const D: usize> = ImplicitSurface<D>;
 
-/// A node inside an obstacle.
-struct Contact<const D: usize> {
-    depth: f64,
-    normal: [f64; D],
-    /// 1/r of the surface through the node: the normal turns when the node slides.
-    curvature: f64,
-}
-
-impl<const D: usize> Obstacle<D> {
-    fn contact(&self, x: &[f64; D]) -> Option<Contact<D>> {
-        match self {
-            Self::Sphere { center, radius } => {
-                let offset: [f64; D] = core::array::from_fn(|k| x[k] - center[k]);
-                let distance = offset.iter().map(|c| c * c).sum::<f64>().sqrt();
-                let depth = radius - distance;
-                // NaN goes on as a contact, into the energy.
-                if depth <= 0.0 {
-                    return None;
-                }
-                // At the very center every direction leads out; the first axis is taken.
-                let normal = core::array::from_fn(|k| {
-                    if distance > 0.0 {
-                        offset[k] / distance
-                    } else {
-                        f64::from(k == 0)
-                    }
-                });
-                let curvature = if distance > 0.0 { 1.0 / distance } else { 0.0 };
-                Some(Contact {
-                    depth,
-                    normal,
-                    curvature,
-                })
-            }
-            Self::HalfSpace { point, normal } => {
-                let depth = -(0..D).map(|k| normal[k] * (x[k] - point[k])).sum::<f64>();
-                (depth > 0.0 || depth.is_nan()).then_some(Contact {
-                    depth,
-                    normal: *normal,
-                    curvature: 0.0,
-                })
-            }
-        }
-    }
-}
-
-/// Nodes that an obstacle pushes out with the force ε · depth · normal; energy ε/2 depth².
+/// Nodes that an obstacle pushes out with the force ε · depth · normal, the depth being −φ; energy ε/2 depth².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Penalty<const D: usize> {
     /// The nodes that are tested.
@@ -88,57 +26,50 @@ pub struct Penalty<const D: usize> {
 impl<const D: usize> Penalty<D> {
     /// Names the first number that no contact can be computed with; `index` is the term's.
     pub(crate) fn check(&self, index: usize) -> Result<(), AssemblyError> {
-        let require = |holds: bool, what, value, needed| {
-            let error = AssemblyError::UnusablePenalty {
-                index,
-                what,
-                value,
-                needed,
-            };
-            if holds { Ok(()) } else { Err(error) }
+        let stiff = self.stiffness > 0.0 && self.stiffness.is_finite();
+        let stiffness = UnusableSurface {
+            what: "the stiffness",
+            value: self.stiffness,
+            needed: "finite and greater than 0",
         };
-        let finite = |place: &[f64; D], what| {
-            let bad = place.iter().find(|x| !x.is_finite());
-            bad.map_or(Ok(()), |&x| require(false, what, x, "finite"))
+        let usable = if stiff {
+            self.obstacle.check(UNIT_TOLERANCE)
+        } else {
+            Err(stiffness)
         };
-        let positive = |what, x: f64| {
-            let holds = x > 0.0 && x.is_finite();
-            require(holds, what, x, "finite and greater than 0")
-        };
-        positive("the stiffness", self.stiffness)?;
-        match &self.obstacle {
-            Obstacle::Sphere { center, radius } => {
-                finite(center, "a coordinate of the center")?;
-                positive("the radius", *radius)
-            }
-            Obstacle::HalfSpace { point, normal } => {
-                finite(point, "a coordinate of the point")?;
-                let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
-                let unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
-                require(unit, "the length of the normal", length, "1")
-            }
-        }
+        usable.map_err(|bad| AssemblyError::UnusablePenalty {
+            index,
+            what: bad.what,
+            value: bad.value,
+            needed: bad.needed,
+        })
     }
 
-    fn contact(&self, at: Configuration<D>, stencil: usize) -> Option<Contact<D>> {
-        self.obstacle.contact(&at.positions()[self.nodes[stencil]])
+    /// Depth of a node that is inside, and its place.
+    fn contact<'a>(&self, at: Configuration<'a, D>, stencil: usize) -> Option<(f64, &'a [f64; D])> {
+        let x = &at.positions()[self.nodes[stencil]];
+        let depth = -self.obstacle.distance(x);
+        // NaN goes on as a contact, into the energy.
+        (depth > 0.0 || depth.is_nan()).then_some((depth, x))
     }
 
-    fn energy_of(&self, contact: &Contact<D>) -> f64 {
-        0.5 * self.stiffness * contact.depth * contact.depth
+    fn energy_of(&self, depth: f64) -> f64 {
+        0.5 * self.stiffness * depth * depth
     }
 
-    /// ∂²/∂x² of ε/2 depth²: ε n nᵀ − ε depth/r (I − n nᵀ). The second part is negative: a projection
-    /// clamps or reflects it, which is exact because the two parts act on orthogonal directions.
-    fn stiffness_block(&self, contact: &Contact<D>, projection: HessianProjection) -> Mat<f64, D> {
-        let along = Mat::outer(contact.normal, contact.normal);
-        let sliding = -contact.depth * contact.curvature;
-        let sliding = match projection {
-            HessianProjection::None => sliding,
-            HessianProjection::Clamp => sliding.max(0.0),
-            HessianProjection::Absolute => sliding.abs(),
-        };
-        (along + (Mat::identity() - along).scale(sliding)).scale(self.stiffness)
+    /// ∂²/∂x² of ε/2 φ²: ε (n nᵀ + φ ∇²φ). The second part is negative: a projection clamps or
+    /// reflects it, which is exact because the two parts act on orthogonal directions and the
+    /// solids are convex.
+    fn stiffness_block(
+        &self,
+        depth: f64,
+        x: &[f64; D],
+        projection: HessianProjection,
+    ) -> Mat<f64, D> {
+        let normal = self.obstacle.normal(x);
+        let sliding = projection.eigenvalue(-depth);
+        let curved = self.obstacle.curvature(x).scale(sliding);
+        (Mat::outer(normal, normal) + curved).scale(self.stiffness)
     }
 }
 
@@ -150,17 +81,17 @@ impl<const D: usize> Term<D> for Penalty<D> {
     fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink) {
         for s in stencils {
             let contact = self.contact(at, s);
-            sink.energy(s, contact.map_or(0.0, |c| self.energy_of(&c)));
+            sink.energy(s, contact.map_or(0.0, |(depth, _)| self.energy_of(depth)));
         }
     }
     fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>) {
         for s in stencils {
-            let Some(contact) = self.contact(at, s) else {
+            let Some((depth, x)) = self.contact(at, s) else {
                 continue;
             };
-            sink.energy(s, self.energy_of(&contact));
-            let push = self.stiffness * contact.depth;
-            sink.add(s, 0, contact.normal.map(|n| -(push * n)));
+            sink.energy(s, self.energy_of(depth));
+            let push = self.stiffness * depth;
+            sink.add(s, 0, self.obstacle.normal(x).map(|n| -(push * n)));
         }
     }
     fn hessian(
@@ -171,14 +102,14 @@ impl<const D: usize> Term<D> for Penalty<D> {
         sink: &mut HessianSink<D>,
     ) {
         for s in stencils {
-            if let Some(contact) = self.contact(at, s) {
-                sink.add(s, 0, 0, self.stiffness_block(&contact, projection).0);
+            if let Some((depth, x)) = self.contact(at, s) {
+                sink.add(s, 0, 0, self.stiffness_block(depth, x, projection).0);
             }
         }
     }
 }
 
-impl<const D: usize> AssemblyBuilder<D> {
+impl<const D: usize, S: crate::shape::ElementShape<D>> AssemblyBuilder<D, S> {
     /// Adds a penalty against an obstacle (document 000, 5.7).
     ///
     /// # Errors

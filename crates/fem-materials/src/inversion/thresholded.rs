@@ -81,8 +81,4 @@ impl<const D: usize, M: Material<D>> Material<D> for Thresholded<M> {
     fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
         self.inner.evaluate(&self.lifted(F), filter)
     }
-    #[inline(always)]
-    fn stress_by_activation<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
-        self.inner.stress_by_activation(&self.lifted(F))
-    }
 }

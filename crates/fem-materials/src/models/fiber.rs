@@ -1,24 +1,17 @@
 //! One family of muscle fibers with the same parameters everywhere (document 000, 4.2).
 
+use crate::curves::BuiltinCurve;
 use crate::curves::{Blemker, PhysBam};
-use crate::curves::{BuiltinCurve, TensionCurve};
 use crate::fiber::{FiberLaw, FiberTerm, Stretch};
-use crate::material::{Evaluation, Material};
+use crate::field::At;
 use crate::registry::{Entry, Parameter, ParameterError, Parameters, Register};
-use fem_kinematics::HessianProjection;
-use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = σ_max (α F_a(l) + F_p(l)), l = λ/λ_ofl: a muscle's fibers without the flesh around them.
 ///
-/// λ is |F a₀| or J^(−1/3) |F a₀| as `law.stretch` says. For muscles that differ from element to
-/// element use [`FiberTerm`] itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fiber<C = BuiltinCurve> {
-    /// Curve and kind of stretch.
-    pub law: FiberLaw<C>,
-    /// Direction, peak tension, activation and optimal stretch.
-    pub term: FiberTerm<f64>,
-}
+/// λ is |F a₀| or J^(−1/3) |F a₀| as `field.stretch` says. Muscles that differ from element to
+/// element are the field [`FiberLaw`] itself; ∂P/∂α is its
+/// [`stress_by_control`](crate::field::MaterialField::stress_by_control) at `local`.
+pub type Fiber<C = BuiltinCurve> = At<FiberLaw<C>, FiberTerm<f64>>;
 
 /// The parameters of a fiber, in tables and scene files.
 pub(crate) const PARAMETERS: [Parameter; 8] = [
@@ -64,8 +57,8 @@ pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, Para
         }
     };
     Ok(Fiber {
-        law: FiberLaw { curve, stretch },
-        term: FiberTerm {
+        field: FiberLaw { curve, stretch },
+        local: FiberTerm {
             direction: p.direction("a0")?,
             max_isometric_stress: p.non_negative("sigma_max")?,
             activation: p.non_negative("alpha")?,
@@ -91,55 +84,4 @@ pub(crate) fn register(visitor: &mut impl Register) {
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Total),
     });
-}
-
-impl<C: TensionCurve + Copy> Fiber<C> {
-    #[inline(always)]
-    fn splat<T: Real>(&self) -> FiberTerm<T> {
-        FiberTerm {
-            direction: self.term.direction.map(T::from_f64),
-            max_isometric_stress: T::from_f64(self.term.max_isometric_stress),
-            activation: T::from_f64(self.term.activation),
-            optimal_stretch: T::from_f64(self.term.optimal_stretch),
-        }
-    }
-}
-
-impl<C: TensionCurve + Copy> Material<3> for Fiber<C> {
-    #[inline(always)]
-    fn energy<T: Real>(&self, F: &Mat<T, 3>) -> T {
-        self.splat::<T>().energy(&self.law, F)
-    }
-    #[inline(always)]
-    fn stress<T: Real>(&self, F: &Mat<T, 3>) -> Mat<T, 3> {
-        self.splat::<T>().stress(&self.law, F)
-    }
-    #[inline(always)]
-    fn stress_differential<T: Real>(&self, F: &Mat<T, 3>, dF: &Mat<T, 3>) -> Mat<T, 3> {
-        self.splat::<T>().stress_differential(&self.law, F, dF)
-    }
-    #[inline(always)]
-    fn stress_derivative<T: Real>(&self, F: &Mat<T, 3>) -> Tensor4<T, 3> {
-        self.splat::<T>().stress_derivative(&self.law, F)
-    }
-    #[inline(always)]
-    fn filtered_derivative<T: Real>(
-        &self,
-        F: &Mat<T, 3>,
-        filter: HessianProjection,
-    ) -> Tensor4<T, 3> {
-        self.splat::<T>().filtered_derivative(&self.law, F, filter)
-    }
-    #[inline(always)]
-    fn energy_and_stress<T: Real>(&self, F: &Mat<T, 3>) -> (T, Mat<T, 3>) {
-        self.splat::<T>().energy_and_stress(&self.law, F)
-    }
-    #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, 3>, filter: HessianProjection) -> Evaluation<T, 3> {
-        self.splat::<T>().evaluate(&self.law, F, filter)
-    }
-    #[inline(always)]
-    fn stress_by_activation<T: Real>(&self, F: &Mat<T, 3>) -> Mat<T, 3> {
-        self.splat::<T>().stress_by_activation(&self.law, F)
-    }
 }

@@ -1,7 +1,10 @@
 //! The anisotropic energy of document 001, section 3, whole and damaged.
 
+use crate::damage::DamageField;
+use crate::field::{At, Local1, MaterialField};
+use crate::lame::{Lame, LameError, Space};
 use crate::material::Material;
-use crate::qr::QrTerm;
+use crate::qr::Coefficients;
 use crate::registry::{Entry, Parameter, Register, mu_and_lambda_plus_mu};
 use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4};
@@ -24,20 +27,21 @@ pub struct QrAnisotropic {
     pub ky: f64,
 }
 
-/// [`QrAnisotropic`] with damage: ψ = g ψ⁺ + ψ⁻ + ψ_f, g = (1 − r)(1 − d)² + r (document 001,
-/// section 3.6).
+/// [`QrAnisotropic`] with a damage d of each element as its local parameter: ψ = g ψ⁺ + ψ⁻ + ψ_f,
+/// g = (1 − r)(1 − d)² + r (document 001, section 3.6).
 ///
 /// The μ terms are always degraded, the λ term where J ≥ 1, the fibers never. ψ and P are
 /// continuous at J = 1; dP/dF jumps there by (1 − g) λ cof F ⊗ cof F.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QrDamage {
+pub struct DegradableQr {
     /// The undamaged material.
     pub whole: QrAnisotropic,
-    /// Damage d: 0 whole, 1 broken.
-    pub damage: f64,
     /// Residual r of the stiffness at d = 1, 0 to 1.
     pub residual: f64,
 }
+
+/// [`DegradableQr`] with one damage d everywhere: 0 whole, 1 broken.
+pub type QrDamage = At<DegradableQr, Local1<f64>>;
 
 const PARAMETERS: [Parameter; 6] = [
     Parameter::pascals("mu", "1e4", "μ of the model"),
@@ -87,11 +91,9 @@ pub(crate) fn register(visitor: &mut impl Register) {
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let unit = |x: f64| (0.0..=1.0).contains(&x);
-            Ok(QrDamage {
-                whole: whole_from(p)?,
-                damage: p.number_where("d", "between 0 and 1", unit)?,
-                residual: p.number_where("r", "between 0 and 1", unit)?,
-            })
+            let damage = p.number_where("d", "between 0 and 1", unit)?;
+            let residual = p.number_where("r", "between 0 and 1", unit)?;
+            Ok(whole_from(p)?.degradable(residual).at(Local1(damage)))
         },
     };
     visitor.plane(&damaged);
@@ -99,10 +101,35 @@ pub(crate) fn register(visitor: &mut impl Register) {
 }
 
 impl QrAnisotropic {
+    /// From Young's modulus (Pa) and Poisson's ratio of the matrix in 3D (plane strain in 2D) and
+    /// the stiffness of the fibers, Pa.
+    ///
+    /// # Errors
+    /// Unless E > 0 and −1 < ν < 1/2.
+    pub fn from_young_poisson(
+        young: f64,
+        poisson: f64,
+        kx: f64,
+        ky: f64,
+    ) -> Result<Self, LameError> {
+        let Lame { mu, lambda } = Lame::from_young_poisson(young, poisson, Space::Solid)?;
+        let lambda = lambda + mu;
+        Ok(Self { mu, lambda, kx, ky })
+    }
+
+    /// The same with a damage of each element that leaves the share `residual` (0 to 1) of the
+    /// stiffness at d = 1.
+    pub const fn degradable(self, residual: f64) -> DegradableQr {
+        DegradableQr {
+            whole: self,
+            residual,
+        }
+    }
+
     /// The coefficients in every lane.
     #[inline(always)]
-    pub fn term<T: Real>(&self) -> QrTerm<T> {
-        QrTerm {
+    pub(crate) fn coefficients<T: Real>(&self) -> Coefficients<T> {
+        Coefficients {
             mu: T::from_f64(self.mu),
             lambda: T::from_f64(self.lambda),
             kx: T::from_f64(self.kx),
@@ -111,16 +138,31 @@ impl QrAnisotropic {
     }
 }
 
-impl QrDamage {
-    /// g(d) = (1 − r)(1 − d)² + r.
-    pub fn degradation(&self) -> f64 {
-        degradation(self.damage, self.residual)
+impl DegradableQr {
+    /// With the same damage everywhere.
+    pub const fn at(self, damage: Local1<f64>) -> QrDamage {
+        At {
+            field: self,
+            local: damage,
+        }
     }
+
+    /// The coefficients at damage d.
     #[inline(always)]
-    fn term<T: Real, const D: usize>(&self, F: &Mat<T, D>) -> QrTerm<T> {
-        self.whole
-            .term::<T>()
-            .degraded(T::from_f64(self.degradation()), F)
+    fn coefficients<T: Real, const D: usize>(
+        &self,
+        d: &Local1<T>,
+        F: &Mat<T, D>,
+    ) -> Coefficients<T> {
+        let g = degradation(d.0, T::from_f64(self.residual));
+        self.whole.coefficients::<T>().degraded(g, F)
+    }
+}
+
+impl<const D: usize> DamageField<D> for DegradableQr {
+    #[inline(always)]
+    fn at_damage<T: Real>(d: T) -> Local1<T> {
+        Local1(d)
     }
 }
 
@@ -131,35 +173,64 @@ pub fn degradation<T: Real>(damage: T, residual: T) -> T {
     (T::one() - residual) * left * left + residual
 }
 
-macro_rules! material_by_term {
-    ($model:ty, |$self:ident, $F:ident| $term:expr) => {
-        impl<const D: usize> Material<D> for $model {
-            #[inline(always)]
-            fn energy<T: Real>(&$self, $F: &Mat<T, D>) -> T {
-                $term.energy($F)
-            }
-            #[inline(always)]
-            fn stress<T: Real>(&$self, $F: &Mat<T, D>) -> Mat<T, D> {
-                $term.stress($F)
-            }
-            #[inline(always)]
-            fn stress_differential<T: Real>(&$self, $F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
-                $term.stress_differential($F, dF)
-            }
-            #[inline(always)]
-            fn stress_derivative<T: Real>(&$self, $F: &Mat<T, D>) -> Tensor4<T, D> {
-                $term.stress_derivative($F)
-            }
-            #[inline(always)]
-            fn filtered_derivative<T: Real>(
-                &$self,
-                $F: &Mat<T, D>,
-                filter: HessianProjection,
-            ) -> Tensor4<T, D> {
-                $term.filtered_derivative($F, filter)
-            }
-        }
-    };
+impl<const D: usize> Material<D> for QrAnisotropic {
+    #[inline(always)]
+    fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
+        self.coefficients::<T>().energy(F)
+    }
+    #[inline(always)]
+    fn stress<T: Real>(&self, F: &Mat<T, D>) -> Mat<T, D> {
+        self.coefficients::<T>().stress(F)
+    }
+    #[inline(always)]
+    fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
+        self.coefficients::<T>().stress_differential(F, dF)
+    }
+    #[inline(always)]
+    fn stress_derivative<T: Real>(&self, F: &Mat<T, D>) -> Tensor4<T, D> {
+        self.coefficients::<T>().stress_derivative(F)
+    }
+    #[inline(always)]
+    fn filtered_derivative<T: Real>(
+        &self,
+        F: &Mat<T, D>,
+        filter: HessianProjection,
+    ) -> Tensor4<T, D> {
+        self.coefficients::<T>().filtered_derivative(F, filter)
+    }
 }
-material_by_term!(QrAnisotropic, |self, F| self.term::<T>());
-material_by_term!(QrDamage, |self, F| self.term(F));
+
+impl<const D: usize> MaterialField<D> for DegradableQr {
+    type Local<T: Real> = Local1<T>;
+
+    #[inline(always)]
+    fn energy<T: Real>(&self, d: &Local1<T>, F: &Mat<T, D>) -> T {
+        self.coefficients(d, F).energy(F)
+    }
+    #[inline(always)]
+    fn stress<T: Real>(&self, d: &Local1<T>, F: &Mat<T, D>) -> Mat<T, D> {
+        self.coefficients(d, F).stress(F)
+    }
+    #[inline(always)]
+    fn stress_differential<T: Real>(
+        &self,
+        d: &Local1<T>,
+        F: &Mat<T, D>,
+        dF: &Mat<T, D>,
+    ) -> Mat<T, D> {
+        self.coefficients(d, F).stress_differential(F, dF)
+    }
+    #[inline(always)]
+    fn stress_derivative<T: Real>(&self, d: &Local1<T>, F: &Mat<T, D>) -> Tensor4<T, D> {
+        self.coefficients(d, F).stress_derivative(F)
+    }
+    #[inline(always)]
+    fn filtered_derivative<T: Real>(
+        &self,
+        d: &Local1<T>,
+        F: &Mat<T, D>,
+        projection: HessianProjection,
+    ) -> Tensor4<T, D> {
+        self.coefficients(d, F).filtered_derivative(F, projection)
+    }
+}

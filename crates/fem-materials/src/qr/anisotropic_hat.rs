@@ -33,7 +33,7 @@ fn volume<T: Real, const D: usize>(R: &Mat<T, D>) -> (T, [T; D]) {
 impl<const D: usize> QrEnergy<D> for QrAnisotropic {
     #[inline(always)]
     fn energy<T: Real>(&self, R: &Mat<T, D>) -> T {
-        let t = self.term::<T>();
+        let t = self.coefficients::<T>();
         let (half, one) = (T::from_f64(0.5), T::one());
         let (J, _) = volume(R);
         let x = R.0[0][0] - one;
@@ -49,7 +49,7 @@ impl<const D: usize> QrEnergy<D> for QrAnisotropic {
     /// K₁, K₂, K₃ and the entries above the diagonal (document 001, 3.2).
     #[inline(always)]
     fn gradient<T: Real>(&self, R: &Mat<T, D>) -> Mat<T, D> {
-        let t = self.term::<T>();
+        let t = self.coefficients::<T>();
         let (J, slopes) = volume(R);
         let pressure = t.lambda * (J - T::one()) - t.mu;
         let mut g = Mat::zeros();
@@ -70,7 +70,7 @@ impl<const D: usize> QrEnergy<D> for QrAnisotropic {
 
     #[inline(always)]
     fn gradient_differential<T: Real>(&self, R: &Mat<T, D>, dR: &Mat<T, D>) -> Mat<T, D> {
-        let t = self.term::<T>();
+        let t = self.coefficients::<T>();
         let (J, slopes) = volume(R);
         let pressure = t.lambda * (J - T::one()) - t.mu;
         let mut dJ = T::zero();
@@ -112,7 +112,7 @@ impl<const D: usize> QrEnergy<D> for QrAnisotropic {
     /// division is left, the fibers cancel.
     #[inline(always)]
     fn lower_entries<T: Real>(&self, R: &Mat<T, D>, _gradient: &Mat<T, D>) -> [T; 3] {
-        let t = self.term::<T>();
+        let t = self.coefficients::<T>();
         let (J, _) = volume(R);
         let (r, zero) = (&R.0, T::zero());
         let u = t.mu - t.lambda * (J - T::one());

@@ -15,7 +15,7 @@ use fem_kinematics::{Mat, Real, Tensor4, dot};
 /// ψ = μ/2 (|F|² − D) − μ (J − 1) + λ/2 (J − 1)² + k_x/2 (|F e₁| − 1)² + k_y/2 (|F e₂| − 1)²,
 /// the last term in 3D only.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QrTerm<T> {
+pub(crate) struct Coefficients<T> {
     /// μ, Pa.
     pub mu: T,
     /// λ, Pa; at rest Lamé's λ is this minus μ.
@@ -40,7 +40,7 @@ struct Strand<T, const D: usize> {
     extension: T,
 }
 
-impl<T: Real> QrTerm<T> {
+impl<T: Real> Coefficients<T> {
     /// ψ of an element with damage d (document 001, section 3.6): `g` = (1 − r)(1 − d)² + r
     /// scales the μ terms always, the λ term only in tension (J ≥ 1) and the fibers never.
     #[inline(always)]

@@ -5,5 +5,5 @@ mod anisotropic_hat;
 mod closed_form;
 mod general;
 
-pub use closed_form::QrTerm;
+pub(crate) use closed_form::Coefficients;
 pub use general::{GeneralQr, QrEnergy};

@@ -47,11 +47,11 @@ fn isotropic_blocks_filter_as_the_whole_tensor_does() {
 #[test]
 fn the_plain_fiber_has_the_eigenvalues_of_the_errata() {
     let fiber = |activation| Fiber {
-        law: FiberLaw {
+        field: FiberLaw {
             curve: PhysBam::default(),
             stretch: Stretch::Total,
         },
-        term: FiberTerm {
+        local: FiberTerm {
             direction: [0.6, 0.0, 0.8],
             max_isometric_stress: 3e5,
             activation,
@@ -84,11 +84,11 @@ fn mixed_models_are_definite_after_filtering() {
     let muscle = Sum(
         Flesh::new(6e4, 2e4, 6e4),
         Fiber {
-            law: FiberLaw {
+            field: FiberLaw {
                 curve: Blemker::default(),
                 stretch: Stretch::Isochoric,
             },
-            term: FiberTerm {
+            local: FiberTerm {
                 direction: [0.0, 0.6, 0.8],
                 max_isometric_stress: 3e5,
                 activation: 0.9,

@@ -2,8 +2,9 @@
 
 use crate::numbers::{Numbers, dual, error, norm, tensor_error};
 use fem_kinematics::Mat;
+use fem_materials::field::Local1;
 use fem_materials::qr::GeneralQr;
-use fem_materials::{Material, Outlined, QrAnisotropic, QrDamage, degradation};
+use fem_materials::{Material, Outlined, QrAnisotropic, degradation};
 
 const WHOLE: QrAnisotropic = QrAnisotropic {
     mu: 1.0,
@@ -93,11 +94,7 @@ fn mu_and_lambda_minus_mu_are_lames_parameters() {
 fn damage_splits_tension_compression_and_fibers() {
     assert_eq!(degradation(0.0_f64, 0.01), 1.0);
     assert_eq!(degradation(1.0_f64, 0.01), 0.01);
-    let broken = QrDamage {
-        whole: WHOLE,
-        damage: 1.0,
-        residual: 0.0,
-    };
+    let broken = WHOLE.degradable(0.0).at(Local1(1.0));
     let only_fibers = QrAnisotropic {
         mu: 0.0,
         lambda: 0.0,
@@ -109,11 +106,7 @@ fn damage_splits_tension_compression_and_fibers() {
     let with_volume = QrAnisotropic { mu: 0.0, ..WHOLE };
     assert!(error(&broken.stress(&pressed), &with_volume.stress(&pressed)) < 1e-15);
     // ψ and P are continuous at J = 1, dP/dF jumps by (1 − g) λ cof F ⊗ cof F
-    let half = QrDamage {
-        whole: WHOLE,
-        damage: 1.0,
-        residual: 0.0,
-    };
+    let half = WHOLE.degradable(0.0).at(Local1(1.0));
     let (above, below) = (1.0 + 1e-9, 1.0 - 1e-9);
     let at = |s| Mat::<f64, 3>::from_diagonal([s, 1.0, 1.0]);
     let jump = half.stress_derivative(&at(above)).apply(&Mat::identity())

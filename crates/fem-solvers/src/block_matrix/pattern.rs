@@ -71,6 +71,17 @@ pub enum PatternError {
 const BLOCKS_PER_CHUNK: usize = 16_384;
 const MAX_CHUNKS: usize = 8;
 
+/// The pattern without rows.
+impl Default for BlockPattern {
+    fn default() -> Self {
+        Self {
+            row_start: vec![0],
+            columns: Vec::new(),
+            chunks: Vec::new(),
+        }
+    }
+}
+
 impl BlockPattern {
     /// Checks and takes compressed rows.
     ///

@@ -2,7 +2,7 @@
 
 use super::BlockPattern;
 use crate::operator::{LinearOperator, Structure};
-use rayon::prelude::*;
+use crate::parallel::map;
 use std::sync::Arc;
 
 /// A symmetric matrix of D×D blocks, of which the lower half and the diagonal are stored.
@@ -216,10 +216,9 @@ impl<const D: usize> LinearOperator for BlockSymmetric<D> {
             tasks.push((chunk, own));
             rest = tail;
         }
-        let before: Vec<Vec<[f64; D]>> = tasks
-            .into_par_iter()
-            .map(|(chunk, own)| self.apply_chunk(chunk.rows.clone(), chunk.first_column, x, own))
-            .collect();
+        let before: Vec<Vec<[f64; D]>> = map(tasks, |(chunk, own)| {
+            self.apply_chunk(chunk.rows.clone(), chunk.first_column, x, own)
+        });
         let (y, _) = y.as_chunks_mut::<D>();
         for (chunk, part) in chunks.iter().zip(&before) {
             for (target, value) in y[chunk.first_column.min(chunk.rows.start)..]

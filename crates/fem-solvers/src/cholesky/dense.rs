@@ -1,5 +1,6 @@
 //! Dense kernels of one front.
 
+use crate::parallel::join;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor as llt;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
@@ -8,15 +9,14 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 
 mod sealed {
-    pub trait Sealed {}
+    /// What the dense kernels ask of a scalar.
+    pub trait Sealed: faer::traits::RealField {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
 }
 
 /// The precision of a factor: `f64`, or `f32` with half the memory and twice the speed.
-pub trait FactorScalar:
-    faer::traits::RealField + Copy + Send + Sync + sealed::Sealed + 'static
-{
+pub trait FactorScalar: Copy + Send + Sync + sealed::Sealed + 'static {
     /// Rounds.
     fn from_f64(value: f64) -> Self;
     /// Widens.
@@ -88,6 +88,10 @@ pub(super) fn eliminate<T: FactorScalar>(
 }
 
 /// `A = L Lᵀ` in place, lower half.
+///
+/// faer tests every pivot `a` where it is made, `a > 0` and `√a` finite, and stores `a · (1/√a)`, which
+/// is then positive and finite too. A second test here could not fail; that the first one stays is
+/// pinned below.
 fn factor_pivot<T: FactorScalar>(mut pivot: MatMut<'_, T>) -> Result<(), usize> {
     let n = pivot.nrows();
     let scratch = llt::cholesky_in_place_scratch::<T>(n, Par::Seq, Default::default());
@@ -98,12 +102,8 @@ fn factor_pivot<T: FactorScalar>(mut pivot: MatMut<'_, T>) -> Result<(), usize> 
         MemStack::new(&mut MemBuffer::new(scratch)),
         Default::default(),
     )
-    .map_err(|llt::LltError::NonPositivePivot { index }| index)?;
-    // Never trust a return alone: a NaN pivot must not pass.
-    match (0..n).find(|&j| !(pivot[(j, j)].to_f64() > 0.0 && pivot[(j, j)].to_f64().is_finite())) {
-        None => Ok(()),
-        Some(j) => Err(j),
-    }
+    .map(|_| ())
+    .map_err(|llt::LltError::NonPositivePivot { index }| index)
 }
 
 /// `B ← B L⁻ᵀ`, by rows.
@@ -114,7 +114,7 @@ fn solve_rows<T: FactorScalar>(l: MatRef<'_, T>, mut b: MatMut<'_, T>) {
     }
     if rows * l.nrows() * l.nrows() > SPLIT && rows >= 2 * NARROW {
         let (top, bottom) = b.split_at_row_mut(rows / 2);
-        rayon::join(|| solve_rows(l, top), || solve_rows(l, bottom));
+        join(|| solve_rows(l, top), || solve_rows(l, bottom));
     } else {
         triangular_solve::solve_lower_triangular_in_place(l, b.rb_mut().transpose_mut(), Par::Seq);
     }
@@ -127,7 +127,7 @@ fn subtract_square<T: FactorScalar>(c: MatMut<'_, T>, a: MatRef<'_, T>) {
         let half = q / 2;
         let (left, right) = c.split_at_col_mut(half);
         let right = right.split_at_row_mut(half).1;
-        rayon::join(
+        join(
             || subtract_square(left, a),
             || subtract_square(right, a.split_at_row(half).1),
         );
@@ -202,12 +202,35 @@ pub(super) fn backward<T: FactorScalar>(
 mod tests {
     use super::*;
 
+    /// Four times the identity with one other pivot: narrow, vectorized and blocked kernels.
+    fn refuses<T: FactorScalar>(bad: f64) {
+        for n in [1, 2, 7, 33, 130, 300] {
+            for at in [0, n / 2, n - 1] {
+                let mut a = vec![T::from_f64(0.0); n * n];
+                for k in 0..n {
+                    a[k * n + k] = T::from_f64(if k == at { bad } else { 4.0 });
+                }
+                let pivot = MatMut::from_column_major_slice_mut(&mut a, n, n);
+                assert_eq!(factor_pivot(pivot), Err(at), "{bad} at {at} of {n}");
+            }
+        }
+    }
+
     #[test]
-    fn a_pivot_that_is_no_finite_number_is_refused() {
-        for bad in [f64::INFINITY, f64::NAN, 0.0, -1.0] {
-            let mut a = [4.0, 0.0, 0.0, bad];
-            let pivot = MatMut::from_column_major_slice_mut(&mut a, 2, 2);
-            assert_eq!(factor_pivot(pivot), Err(1), "{bad}");
+    fn a_pivot_that_is_no_positive_finite_number_is_refused() {
+        for bad in [f64::INFINITY, f64::NAN, 0.0, -0.0, -1e-300, -1.0] {
+            refuses::<f64>(bad);
+            refuses::<f32>(bad);
+        }
+    }
+
+    #[test]
+    fn the_smallest_and_the_largest_pivot_leave_a_positive_finite_root() {
+        for (a, tolerance) in [(f64::from_bits(1), 1e-10), (f64::MAX, 1e-15)] {
+            let mut pivot = [a];
+            let view = MatMut::from_column_major_slice_mut(&mut pivot, 1, 1);
+            assert_eq!(factor_pivot(view), Ok(()));
+            assert!((pivot[0] / a.sqrt() - 1.0).abs() < tolerance, "{pivot:?}");
         }
     }
 }

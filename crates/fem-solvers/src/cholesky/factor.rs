@@ -3,7 +3,7 @@
 use super::dense::{FactorScalar, eliminate};
 use super::symbolic::{Orientation, Supernode, SymbolicCholesky};
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
-use rayon::prelude::*;
+use crate::parallel::map;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -146,16 +146,7 @@ impl<const D: usize> Task<'_, D> {
             tasks.push((s, own));
             rest = tail;
         }
-        if tasks.len() == 1 {
-            return tasks
-                .into_iter()
-                .map(|(s, own)| self.subtree(s, own, depth))
-                .collect();
-        }
-        tasks
-            .into_par_iter()
-            .map(|(s, own)| self.subtree(s, own, depth))
-            .collect()
+        map(tasks, |(s, own)| self.subtree(s, own, depth))
     }
 
     fn subtree_scalars(&self, s: usize) -> usize {

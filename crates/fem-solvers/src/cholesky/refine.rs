@@ -26,6 +26,7 @@ impl Default for RefineParams {
 
 /// What refinement took.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RefineInfo {
     /// Solves with the factor, the first one included.
     pub iterations: usize,

@@ -4,8 +4,8 @@ use super::dense::{FactorScalar, backward, forward};
 use super::elimination_tree::NO_PARENT;
 use super::factor::{CholeskyFactor, TASK_DEPTH};
 use super::symbolic::Supernode;
+use crate::parallel::map;
 use faer::{MatMut, MatRef};
-use rayon::prelude::*;
 
 /// Panel scalars times columns below which a subtree is one task.
 const TASK_SCALARS: usize = 400_000;
@@ -115,17 +115,9 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
 
     /// Solves with `L` in several subtrees; returns what each subtracts from the rows above it.
     fn forward_children(&self, nodes: &[usize], y: &mut [T], depth: usize) -> Vec<Vec<T>> {
-        let parts = self.split(nodes, y);
-        if parts.len() == 1 {
-            return parts
-                .into_iter()
-                .map(|(s, y)| self.forward_subtree(s, y, depth))
-                .collect();
-        }
-        parts
-            .into_par_iter()
-            .map(|(s, y)| self.forward_subtree(s, y, depth))
-            .collect()
+        map(self.split(nodes, y), |(s, y)| {
+            self.forward_subtree(s, y, depth)
+        })
     }
 
     fn forward_subtree(&self, s: usize, y: &mut [T], depth: usize) -> Vec<T> {
@@ -189,16 +181,9 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
         parent: Option<Front<'_, T>>,
         depth: usize,
     ) {
-        let parts = self.split(nodes, y);
-        if parts.len() == 1 {
-            parts
-                .into_iter()
-                .for_each(|(s, y)| self.backward_subtree(s, y, parent, depth));
-        } else {
-            parts
-                .into_par_iter()
-                .for_each(|(s, y)| self.backward_subtree(s, y, parent, depth));
-        }
+        map(self.split(nodes, y), |(s, y)| {
+            self.backward_subtree(s, y, parent, depth);
+        })
     }
 
     fn backward_subtree(&self, s: usize, y: &mut [T], parent: Option<Front<'_, T>>, depth: usize) {

@@ -5,6 +5,7 @@
 /// `scale` is the norm, in the unit of the residuals, from which a group counts as an outlier.
 /// Formulas as in Triggs et al. (2000), with `ρ(s) → s` for small `s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Loss {
     /// `ρ = s`: ordinary least squares.
     Square,
@@ -48,11 +49,11 @@ impl Loss {
         }
     }
 
-    pub(super) fn is_valid(self) -> bool {
+    pub(super) fn scale(self) -> Option<f64> {
         match self {
-            Loss::Square => true,
+            Loss::Square => None,
             Loss::Huber { scale } | Loss::Cauchy { scale } | Loss::GemanMcClure { scale } => {
-                scale > 0.0 && scale.is_finite()
+                Some(scale)
             }
         }
     }

@@ -25,6 +25,7 @@ pub trait LeastSquares {
 
 /// How a step `d` with `J d ≈ −r` is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StepMethod {
     /// Column-pivoted QR of `J`: sees a loss of rank.
     Qr,
@@ -34,6 +35,7 @@ pub enum StepMethod {
 
 /// Whether steps are damped.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Damping {
     /// Full Gauss-Newton steps, whatever the cost does.
     None,
@@ -117,6 +119,7 @@ impl Default for GaussNewtonParams {
 
 /// Which test ended a converged fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GaussNewtonStop {
     /// `step_tolerance`.
     Step,
@@ -132,6 +135,7 @@ pub enum GaussNewtonStop {
 
 /// One accepted step, for an observer; the starting point is reported with `step = 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct GaussNewtonIteration<'a> {
     /// Steps so far.
     pub iteration: usize,
@@ -149,6 +153,7 @@ pub struct GaussNewtonIteration<'a> {
 
 /// A converged fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct GaussNewtonInfo {
     /// Accepted steps.
     pub iterations: usize,
@@ -199,9 +204,26 @@ pub enum GaussNewtonFailure<E> {
         /// First bad index.
         index: usize,
     },
-    /// Settings that do not fit the problem.
-    #[error("{0}")]
-    Params(&'static str),
+    /// A list that does not fit the problem.
+    #[error("{what} has {found} entries, the problem has {expected} parameters")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The number of parameters.
+        expected: usize,
+    },
+    /// A setting that is not a number or outside its range.
+    #[error("{what} is {value}, allowed is {allowed}")]
+    Params {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its range.
+        allowed: &'static str,
+    },
     /// An evaluation failed.
     #[error("evaluation: {0}")]
     Evaluation(E),

@@ -94,166 +94,226 @@ fn run<P: LeastSquares + ?Sized>(
 ) -> Result<GaussNewtonStop, GaussNewtonFailure<P::Error>> {
     let (m, n) = (problem.residuals(), problem.parameters());
     check(params, theta, m, n)?;
-    let mut r = vec![0.0; m];
-    evaluate(problem, theta, &mut r, info)?;
-    let mut trial_r = vec![0.0; m];
+    let mut fit = Fit {
+        problem,
+        theta,
+        params,
+        info,
+        r: vec![0.0; m],
+        trial_r: vec![0.0; m],
+    };
+    fit.start()?;
+    fit.report(observer, 0.0, 0.0);
     let mut j = vec![0.0; m * n];
     let mut damper = Damper::new(params.damping);
-    info.cost = cost(&r, theta, params);
-    info.residual = root_mean_square(&r, params.group_size);
-    observer(&GaussNewtonIteration {
-        iteration: 0,
-        cost: info.cost,
-        residual: info.residual,
-        step: 0.0,
-        lambda: 0.0,
-        theta,
-    });
     loop {
-        if info.residual <= params.residual_tolerance {
+        if fit.info.residual <= params.residual_tolerance {
             return Ok(GaussNewtonStop::Residual);
         }
-        if info.iterations == params.max_iterations {
+        if fit.info.iterations == params.max_iterations {
             return Err(GaussNewtonFailure::NotConverged);
         }
-        problem
-            .jacobian(theta, &mut j)
+        let weighted_r = fit.linearize(&mut j)?;
+        let offsets = fit.offsets();
+        let model = fit.model(&weighted_r, &j, offsets.as_deref());
+        if fit.free_gradient(&model) <= params.gradient_tolerance {
+            return Ok(GaussNewtonStop::Gradient);
+        }
+        let before = (fit.info.cost, fit.info.residual);
+        let Some((step, lambda)) = fit.step(&model, &mut damper)? else {
+            return Ok(GaussNewtonStop::Step);
+        };
+        fit.info.iterations += 1;
+        fit.report(observer, step, lambda);
+        if let Some(stop) = fit.met(before, step) {
+            return Ok(stop);
+        }
+    }
+}
+
+/// Where a fit stands.
+struct Fit<'a, P: ?Sized> {
+    problem: &'a mut P,
+    theta: &'a mut [f64],
+    params: &'a GaussNewtonParams,
+    info: &'a mut GaussNewtonInfo,
+    r: Vec<f64>,
+    trial_r: Vec<f64>,
+}
+
+impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
+    /// Evaluates the starting point.
+    fn start(&mut self) -> Result<(), GaussNewtonFailure<P::Error>> {
+        evaluate(self.problem, self.theta, &mut self.r, self.info)?;
+        self.measure();
+        Ok(())
+    }
+
+    fn measure(&mut self) {
+        self.info.cost = cost(&self.r, self.theta, self.params);
+        self.info.residual = root_mean_square(&self.r, self.params.group_size);
+    }
+
+    fn report(&self, observer: &mut dyn FnMut(&GaussNewtonIteration<'_>), step: f64, lambda: f64) {
+        observer(&GaussNewtonIteration {
+            iteration: self.info.iterations,
+            cost: self.info.cost,
+            residual: self.info.residual,
+            step,
+            lambda,
+            theta: self.theta,
+        });
+    }
+
+    /// Writes the Jacobian; returns the residual. Rows of both are multiplied by their weights.
+    fn linearize(&mut self, j: &mut [f64]) -> Result<Vec<f64>, GaussNewtonFailure<P::Error>> {
+        self.problem
+            .jacobian(self.theta, j)
             .map_err(GaussNewtonFailure::Evaluation)?;
-        info.jacobian_evaluations += 1;
-        if let Some(index) = first_non_finite(&j) {
+        self.info.jacobian_evaluations += 1;
+        if let Some(index) = first_non_finite(j) {
             return Err(GaussNewtonFailure::NonFinite {
                 what: "the Jacobian",
                 index,
             });
         }
-        let mut weighted_r = r.clone();
-        reweight(&mut weighted_r, &mut j, &r, m, params);
-        let offsets: Option<Vec<f64>> = params
-            .prior
-            .as_ref()
-            .map(|p| theta.iter().zip(&p.values).map(|(t, v)| t - v).collect());
-        let prior = params
-            .prior
-            .as_ref()
-            .zip(offsets.as_ref())
-            .map(|(p, e)| (p.weights.as_slice(), e.as_slice()));
-        let model = Model {
-            m,
-            n,
-            r: &weighted_r,
-            j: &j,
-            prior,
-        };
-        let bounds = params.bounds.as_ref();
-        let gradient = model.gradient();
-        let free_gradient = (0..n)
-            .filter(|&k| !blocked(theta[k], gradient[k], k, bounds))
-            .fold(0.0_f64, |largest, k| largest.max(gradient[k].abs()));
-        if free_gradient <= params.gradient_tolerance {
-            return Ok(GaussNewtonStop::Gradient);
-        }
+        let mut weighted = self.r.clone();
+        reweight(&mut weighted, j, &self.r, self.r.len(), self.params);
+        Ok(weighted)
+    }
 
-        let (before, residual_before) = (info.cost, info.residual);
-        let mut rejections = 0;
-        // Until a step is accepted: undamped the first one, damped the first that lowers the cost.
-        let (step, lambda) = loop {
-            let damping = damper.vector(&model);
-            let d = match model.step(params.method, theta, bounds, damping.as_deref()) {
+    /// How far each parameter is from what the prior expects.
+    fn offsets(&self) -> Option<Vec<f64>> {
+        let prior = self.params.prior.as_ref()?;
+        let pairs = self.theta.iter().zip(&prior.values);
+        Some(pairs.map(|(t, v)| t - v).collect())
+    }
+
+    fn model<'m>(&self, r: &'m [f64], j: &'m [f64], offsets: Option<&'m [f64]>) -> Model<'m>
+    where
+        'a: 'm,
+    {
+        let prior = self.params.prior.as_ref().zip(offsets);
+        Model {
+            m: r.len(),
+            n: self.theta.len(),
+            r,
+            j,
+            prior: prior.map(|(p, e)| (p.weights.as_slice(), e)),
+        }
+    }
+
+    /// The largest entry of the gradient, of parameters free to move.
+    fn free_gradient(&self, model: &Model<'_>) -> f64 {
+        let (gradient, bounds) = (model.gradient(), self.params.bounds.as_ref());
+        (0..model.n)
+            .filter(|&k| !blocked(self.theta[k], gradient[k], k, bounds))
+            .fold(0.0_f64, |largest, k| largest.max(gradient[k].abs()))
+    }
+
+    /// Until a step is accepted: undamped the first one, damped the first that lowers the cost. Its
+    /// length and damping; `None` when steps have become too small to gain anything.
+    fn step(
+        &mut self,
+        model: &Model<'_>,
+        damper: &mut Damper,
+    ) -> Result<Option<(f64, f64)>, GaussNewtonFailure<P::Error>> {
+        let (params, before) = (self.params, self.info.cost);
+        for rejections in 0.. {
+            let damping = damper.vector(model);
+            let bounds = params.bounds.as_ref();
+            let d = match model.step(params.method, self.theta, bounds, damping.as_deref()) {
                 Ok(d) => d,
-                Err(RankLoss {
-                    rank,
-                    free,
-                    parameter,
-                }) => {
-                    if damping.is_none() || rejections == MAX_REJECTIONS {
-                        return Err(GaussNewtonFailure::RankDeficient {
-                            rank,
-                            free,
-                            parameter,
-                        });
-                    }
-                    rejections += 1;
+                Err(loss) if damping.is_none() || rejections == MAX_REJECTIONS => {
+                    return Err(loss.into());
+                }
+                Err(_) => {
                     damper.reject();
                     continue;
                 }
             };
             let step = norm_inf(&d);
-            let mut trial: Vec<f64> = theta.iter().zip(&d).map(|(t, d)| t + d).collect();
-            if let Some(b) = bounds {
-                for k in 0..n {
-                    trial[k] = trial[k].clamp(b.lower[k], b.upper[k]);
-                }
-            }
-            let outcome = evaluate(problem, &trial, &mut trial_r, info);
+            let trial = self.moved(&d);
+            let outcome = evaluate(self.problem, &trial, &mut self.trial_r, self.info);
             if damping.is_none() {
                 outcome?;
-                accept(theta, &trial, &mut r, &mut trial_r, params, info);
-                break (step, 0.0);
+                self.accept(&trial);
+                return Ok(Some((step, 0.0)));
             }
             let predicted = model.decrease(&d);
-            let new_cost = if outcome.is_ok() {
-                cost(&trial_r, &trial, params)
-            } else {
-                f64::INFINITY
-            };
-            let gained = before - new_cost;
+            let gained = before - self.trial_cost(&trial, outcome.is_ok());
             if gained > 0.0 || (gained == 0.0 && step <= params.step_tolerance) {
                 let lambda = damper.lambda;
                 damper.accept(gained / predicted);
-                accept(theta, &trial, &mut r, &mut trial_r, params, info);
-                break (step, lambda);
+                self.accept(&trial);
+                return Ok(Some((step, lambda)));
             }
             // A step this small can gain nothing that rounding would show.
-            if outcome.is_ok()
-                && (step <= params.step_tolerance || predicted.abs() <= 4.0 * f64::EPSILON * before)
-            {
-                return Ok(GaussNewtonStop::Step);
+            let small =
+                step <= params.step_tolerance || predicted.abs() <= 4.0 * f64::EPSILON * before;
+            if outcome.is_ok() && small {
+                return Ok(None);
             }
             if rejections == MAX_REJECTIONS {
                 outcome?;
-                return Err(GaussNewtonFailure::NoDecrease {
-                    lambda: damper.lambda,
-                });
+                break;
             }
-            rejections += 1;
             damper.reject();
-        };
-        info.iterations += 1;
-        observer(&GaussNewtonIteration {
-            iteration: info.iterations,
-            cost: info.cost,
-            residual: info.residual,
-            step,
-            lambda,
-            theta,
-        });
+        }
+        let lambda = damper.lambda;
+        Err(GaussNewtonFailure::NoDecrease { lambda })
+    }
+
+    /// `θ + d` within the bounds.
+    fn moved(&self, d: &[f64]) -> Vec<f64> {
+        let mut trial: Vec<f64> = self.theta.iter().zip(d).map(|(t, d)| t + d).collect();
+        if let Some(b) = &self.params.bounds {
+            for (k, t) in trial.iter_mut().enumerate() {
+                *t = t.clamp(b.lower[k], b.upper[k]);
+            }
+        }
+        trial
+    }
+
+    fn trial_cost(&self, trial: &[f64], evaluated: bool) -> f64 {
+        if evaluated {
+            cost(&self.trial_r, trial, self.params)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    fn accept(&mut self, trial: &[f64]) {
+        self.theta.copy_from_slice(trial);
+        std::mem::swap(&mut self.r, &mut self.trial_r);
+        self.measure();
+    }
+
+    /// The test that the last step met; `before` are cost and residual before it.
+    fn met(&self, (cost, residual): (f64, f64), step: f64) -> Option<GaussNewtonStop> {
+        let (info, params) = (&*self.info, self.params);
         if info.residual <= params.residual_tolerance {
-            return Ok(GaussNewtonStop::Residual);
-        }
-        if step <= params.step_tolerance {
-            return Ok(GaussNewtonStop::Step);
-        }
-        if (before - info.cost).abs() <= params.cost_tolerance * before {
-            return Ok(GaussNewtonStop::Cost);
-        }
-        if (residual_before - info.residual).abs() < params.residual_change {
-            return Ok(GaussNewtonStop::ResidualChange);
+            Some(GaussNewtonStop::Residual)
+        } else if step <= params.step_tolerance {
+            Some(GaussNewtonStop::Step)
+        } else if (cost - info.cost).abs() <= params.cost_tolerance * cost {
+            Some(GaussNewtonStop::Cost)
+        } else if (residual - info.residual).abs() < params.residual_change {
+            Some(GaussNewtonStop::ResidualChange)
+        } else {
+            None
         }
     }
 }
 
-fn accept(
-    theta: &mut [f64],
-    trial: &[f64],
-    r: &mut Vec<f64>,
-    trial_r: &mut Vec<f64>,
-    params: &GaussNewtonParams,
-    info: &mut GaussNewtonInfo,
-) {
-    theta.copy_from_slice(trial);
-    std::mem::swap(r, trial_r);
-    info.cost = cost(r, theta, params);
-    info.residual = root_mean_square(r, params.group_size);
+impl<E> From<RankLoss> for GaussNewtonFailure<E> {
+    fn from(loss: RankLoss) -> Self {
+        Self::RankDeficient {
+            rank: loss.rank,
+            free: loss.free,
+            parameter: loss.parameter,
+        }
+    }
 }
 
 fn check<E>(
@@ -262,51 +322,79 @@ fn check<E>(
     m: usize,
     n: usize,
 ) -> Result<(), GaussNewtonFailure<E>> {
-    let wrong = |what| Err(GaussNewtonFailure::Params(what));
-    if theta.len() != n {
-        return wrong("theta does not have one entry per parameter");
-    }
+    length("theta", theta, n)?;
     if let Some(index) = first_non_finite(theta) {
         return Err(GaussNewtonFailure::NonFinite {
             what: "theta",
             index,
         });
     }
-    if params.group_size == 0 || !m.is_multiple_of(params.group_size) {
-        return wrong("group_size must divide the number of residuals");
+    let group = params.group_size;
+    let divides = group > 0 && m.is_multiple_of(group);
+    let divisor = "a divisor of the number of residuals";
+    range("group_size", group as f64, divides, divisor)?;
+    if let Some(scale) = params.loss.scale() {
+        let good = scale > 0.0 && scale < f64::INFINITY;
+        range("the scale of the loss", scale, good, "(0, ∞)")?;
     }
-    if !params.loss.is_valid() {
-        return wrong("the scale of a robust loss must be positive and finite");
-    }
-    let initial = match params.damping {
-        Damping::None => 1.0,
-        Damping::Levenberg { initial } | Damping::Marquardt { initial } => initial,
-    };
-    if !(initial > 0.0 && initial.is_finite()) {
-        return wrong("the first damping must be positive and finite");
+    if let Damping::Levenberg { initial } | Damping::Marquardt { initial } = params.damping {
+        let good = initial > 0.0 && initial < f64::INFINITY;
+        range("the first damping", initial, good, "(0, ∞)")?;
     }
     if let Some(p) = &params.prior {
-        if p.weights.len() != n || p.values.len() != n {
-            return wrong("a prior needs one weight and one value per parameter");
+        length("prior.weights", &p.weights, n)?;
+        length("prior.values", &p.values, n)?;
+        for &w in &p.weights {
+            let good = (0.0..f64::INFINITY).contains(&w);
+            range("a prior weight", w, good, "[0, ∞)")?;
         }
-        if !p.weights.iter().all(|&w| w >= 0.0 && w.is_finite())
-            || first_non_finite(&p.values).is_some()
-        {
-            return wrong("prior weights must be finite and not negative, prior values finite");
+        for &v in &p.values {
+            range("a prior value", v, v.is_finite(), "(-∞, ∞)")?;
         }
     }
     if let Some(b) = &params.bounds {
-        if b.lower.len() != n || b.upper.len() != n {
-            return wrong("bounds need one lower and one upper entry per parameter");
+        length("bounds.lower", &b.lower, n)?;
+        length("bounds.upper", &b.upper, n)?;
+        for (&lower, &upper) in b.lower.iter().zip(&b.upper) {
+            range("a lower bound", lower, lower <= upper, "[-∞, upper bound]")?;
         }
-        if !(0..n).all(|k| b.lower[k] <= b.upper[k]) {
-            return wrong("every lower bound must be at most its upper bound");
-        }
-        for k in 0..n {
-            theta[k] = theta[k].clamp(b.lower[k], b.upper[k]);
+        for (k, t) in theta.iter_mut().enumerate() {
+            *t = t.clamp(b.lower[k], b.upper[k]);
         }
     }
     Ok(())
+}
+
+fn length<E>(
+    what: &'static str,
+    list: &[f64],
+    expected: usize,
+) -> Result<(), GaussNewtonFailure<E>> {
+    let found = list.len();
+    if found == expected {
+        return Ok(());
+    }
+    Err(GaussNewtonFailure::Length {
+        what,
+        found,
+        expected,
+    })
+}
+
+fn range<E>(
+    what: &'static str,
+    value: f64,
+    good: bool,
+    allowed: &'static str,
+) -> Result<(), GaussNewtonFailure<E>> {
+    if good {
+        return Ok(());
+    }
+    Err(GaussNewtonFailure::Params {
+        what,
+        value,
+        allowed,
+    })
 }
 
 fn evaluate<P: LeastSquares + ?Sized>(

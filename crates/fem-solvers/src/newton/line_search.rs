@@ -40,54 +40,96 @@ pub(super) fn search<const D: usize>(
         for ((trial, x), d) in trial.iter_mut().zip(start.x).zip(start.direction) {
             *trial = x + t * d;
         }
-        let evaluations = backtracks + 1;
-        let next = match problem.merit() {
-            Merit::Energy => {
-                let energy = problem.energy(trial);
-                let change = energy - start.energy;
-                let rounding = params.rounding * start.energy_scale.max(energy.abs());
-                let decreases = change <= params.sufficient_decrease * t * slope;
-                let clear = decreases && -change > rounding;
-                // Too close to tell by energies: the slope must shrink instead (Hager & Zhang 2005).
-                if clear || change <= rounding {
-                    problem.gradient(trial, gradient);
-                    let finite = first_non_finite(gradient).is_none();
-                    if finite
-                        && (clear || settles(gradient, start.direction, slope, norm0, decreases))
-                    {
-                        return Some(Accepted {
-                            t,
-                            energy,
-                            evaluations,
-                            clear,
-                        });
-                    }
-                }
-                // Minimizer of the parabola through both energies, kept within [t/10, t/2].
-                let parabola = -0.5 * slope * t * t / (change - slope * t);
-                if parabola.is_finite() {
-                    parabola.clamp(0.1 * t, 0.5 * t)
-                } else {
-                    0.5 * t
-                }
-            }
-            Merit::ResidualNorm => {
-                let energy = problem.energy_and_gradient(trial, gradient);
-                let reduced = norm(gradient) <= (1.0 - params.sufficient_decrease * t) * norm0;
-                if energy < f64::INFINITY && reduced && first_non_finite(gradient).is_none() {
-                    return Some(Accepted {
-                        t,
-                        energy,
-                        evaluations,
-                        clear: true,
-                    });
-                }
-                0.5 * t
-            }
+        let at = Trial {
+            t,
+            slope,
+            norm0,
+            x: trial,
         };
-        t = next;
+        let verdict = match problem.merit() {
+            Merit::Energy => by_energy(problem, start, params, &at, gradient),
+            Merit::ResidualNorm => by_norm(problem, params, &at, gradient),
+        };
+        match verdict {
+            Verdict::Good { energy, clear } => {
+                return Some(Accepted {
+                    t,
+                    energy,
+                    evaluations: backtracks + 1,
+                    clear,
+                });
+            }
+            Verdict::Shorten { t: next } => t = next,
+        }
     }
     None
+}
+
+/// A point on the search line.
+struct Trial<'a> {
+    t: f64,
+    /// `gᵀd` and `‖g‖` at the start of the line.
+    slope: f64,
+    norm0: f64,
+    x: &'a [f64],
+}
+
+enum Verdict {
+    Good { energy: f64, clear: bool },
+    Shorten { t: f64 },
+}
+
+/// Armijo's test, or progress of the gradient where energies are too close to tell.
+fn by_energy<const D: usize>(
+    problem: &(impl NonlinearProblem<D> + ?Sized),
+    start: &Start<'_>,
+    params: &LineSearchParams,
+    at: &Trial<'_>,
+    gradient: &mut [f64],
+) -> Verdict {
+    let &Trial {
+        t, slope, norm0, x, ..
+    } = at;
+    let energy = problem.energy(x);
+    let change = energy - start.energy;
+    let rounding = params.rounding * start.energy_scale.max(energy.abs());
+    let decreases = change <= params.sufficient_decrease * t * slope;
+    let clear = decreases && -change > rounding;
+    // Too close to tell by energies: the slope must shrink instead (Hager & Zhang 2005).
+    if clear || change <= rounding {
+        problem.gradient(x, gradient);
+        let finite = first_non_finite(gradient).is_none();
+        if finite && (clear || settles(gradient, start.direction, slope, norm0, decreases)) {
+            return Verdict::Good { energy, clear };
+        }
+    }
+    // Minimizer of the parabola through both energies, kept within [t/10, t/2].
+    let parabola = -0.5 * slope * t * t / (change - slope * t);
+    let t = if parabola.is_finite() {
+        parabola.clamp(0.1 * t, 0.5 * t)
+    } else {
+        0.5 * t
+    };
+    Verdict::Shorten { t }
+}
+
+/// The norm of the residual must fall by its share.
+fn by_norm<const D: usize>(
+    problem: &(impl NonlinearProblem<D> + ?Sized),
+    params: &LineSearchParams,
+    at: &Trial<'_>,
+    gradient: &mut [f64],
+) -> Verdict {
+    let energy = problem.energy_and_gradient(at.x, gradient);
+    let reduced = norm(gradient) <= (1.0 - params.sufficient_decrease * at.t) * at.norm0;
+    if energy < f64::INFINITY && reduced && first_non_finite(gradient).is_none() {
+        Verdict::Good {
+            energy,
+            clear: true,
+        }
+    } else {
+        Verdict::Shorten { t: 0.5 * at.t }
+    }
 }
 
 /// Whether the gradient at the trial point shows progress where energies cannot.

@@ -1,14 +1,16 @@
 //! Newton-Raphson on an energy (document 000, section 5.1).
 
-mod descent;
 mod direction;
+mod factorizer;
 mod line_search;
 mod params;
 mod problem;
+mod repair;
 mod shift;
 mod solve;
+mod tangent;
 
-pub use descent::{Descent, DescentDirection, DescentOutcome, PcgDirection};
+pub use direction::{Descent, DescentDirection, DescentOutcome, NewtonSystem, PcgDirection};
 pub use fem_kinematics::HessianProjection;
 pub use params::{
     LineSearchParams, LinearSolver, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
@@ -16,3 +18,4 @@ pub use params::{
 };
 pub use problem::{Merit, NonlinearProblem};
 pub use solve::Newton;
+pub use tangent::Tangent;

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// How the Newton direction is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LinearSolver {
     /// Sparse Cholesky, `f64`.
     Direct,
@@ -32,6 +33,7 @@ pub enum LinearSolver {
 
 /// Which preconditioner conjugate gradients use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PreconditionerChoice {
     /// None: document 000, Algorithm 1.
     Identity,
@@ -43,6 +45,7 @@ pub enum PreconditionerChoice {
 
 /// When to use a projected Hessian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ProjectionPolicy {
     /// The exact one first; the projected one for a step whose matrix shows negative curvature.
     ExactFirst,
@@ -152,6 +155,7 @@ impl NewtonParams {
 
 /// Which test ended a converged solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StopReason {
     /// The absolute gradient tolerance.
     Gradient,
@@ -167,6 +171,7 @@ pub enum StopReason {
 
 /// One step, for an observer. `t = 0` and `step = 0` in the report of the starting point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NewtonIteration {
     /// Steps taken so far.
     pub iteration: usize,
@@ -188,6 +193,7 @@ pub struct NewtonIteration {
 
 /// A converged solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NewtonInfo {
     /// Newton steps.
     pub iterations: usize,
@@ -257,7 +263,7 @@ pub enum NewtonFailure {
         "the problem's pattern differs from the one the solver was made for; make a new solver"
     )]
     PatternMismatch,
-    /// The factorization failed even with a projected, shifted Hessian.
+    /// A factorization failed.
     #[error("linear solve: {0}")]
     Cholesky(#[from] CholeskyError),
     /// Conjugate gradients failed.
@@ -266,6 +272,19 @@ pub enum NewtonFailure {
     /// No preconditioner.
     #[error("linear solve: {0}")]
     Preconditioner(#[from] PreconditionerError),
+    /// The tangent is not positive definite, whatever is added to its diagonal.
+    #[error("the tangent is not positive definite, not even with {shift:e} on its diagonal")]
+    Indefinite {
+        /// The last number that was added, in the unit of the Hessian.
+        shift: f64,
+        /// The block row that a factorization refused last, where there is a matrix to factor.
+        block_row: Option<usize>,
+    },
+    /// The linear solver needs a matrix, the problem gives only products with its Hessian.
+    #[error(
+        "the problem gives only products with its Hessian: use conjugate gradients with a preconditioner that needs no matrix"
+    )]
+    NeedsMatrix,
     /// Dense QR was asked for too large a system.
     #[error(
         "dense QR is limited to {limit} unknowns, the problem has {found}; use another linear solver"

@@ -1,6 +1,7 @@
 //! What Newton's method asks of a problem.
 
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
+use crate::operator::LinearOperator;
 use fem_kinematics::HessianProjection;
 use std::sync::Arc;
 
@@ -21,8 +22,11 @@ pub trait NonlinearProblem<const D: usize> {
     /// Number of D×D block rows; the dimension is `D · blocks`.
     fn blocks(&self) -> usize;
 
-    /// Where the Hessian's blocks are; the same for every `x`.
-    fn pattern(&self) -> Arc<BlockPattern>;
+    /// Where the Hessian's blocks are, the same for every `x`; `None` for a problem that gives only
+    /// [products](Self::hessian_vector) with its Hessian.
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        None
+    }
 
     /// `E(x)`; `+∞` outside the domain.
     fn energy(&self, x: &[f64]) -> f64;
@@ -30,8 +34,24 @@ pub trait NonlinearProblem<const D: usize> {
     /// `g = ∂E/∂x`; `g` is overwritten.
     fn gradient(&self, x: &[f64], g: &mut [f64]);
 
-    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten.
-    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<D>);
+    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten. Asked of
+    /// every problem that has a pattern; left out, it is NaN, which ends a solve.
+    fn hessian(&self, _x: &[f64], _projection: HessianProjection, out: &mut BlockSymmetric<D>) {
+        out.values_mut().fill([[f64::NAN; D]; D]);
+    }
+
+    /// `y = ∂²E/∂x² v` at `x`; `y` is overwritten. Asked of problems without a pattern; left out, the
+    /// product of the assembled [`hessian`](Self::hessian), or NaN, which ends a solve.
+    fn hessian_vector(&self, x: &[f64], projection: HessianProjection, v: &[f64], y: &mut [f64]) {
+        match self.pattern() {
+            Some(pattern) => {
+                let mut matrix = BlockSymmetric::zeros(pattern);
+                self.hessian(x, projection, &mut matrix);
+                matrix.apply(v, y);
+            }
+            None => y.fill(f64::NAN),
+        }
+    }
 
     /// One point per block for a geometric ordering, in any unit and of any configuration.
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
@@ -62,18 +82,6 @@ pub trait NonlinearProblem<const D: usize> {
     fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
         self.gradient(x, g);
         self.energy(x)
-    }
-
-    /// Gradient and Hessian together, where that is cheaper.
-    fn gradient_and_hessian(
-        &self,
-        x: &[f64],
-        projection: HessianProjection,
-        g: &mut [f64],
-        out: &mut BlockSymmetric<D>,
-    ) {
-        self.gradient(x, g);
-        self.hessian(x, projection, out);
     }
 
     /// The largest `t` in `(0, 1]` for which `x + t dx` is safely inside the domain.

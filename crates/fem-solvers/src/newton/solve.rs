@@ -1,7 +1,7 @@
 //! The Newton loop.
 
-use super::direction::Workspace;
 use super::line_search::{Accepted, Start, search};
+use super::repair::Workspace;
 use super::shift::Shift;
 use super::{
     DescentDirection, HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo,
@@ -162,18 +162,8 @@ impl Target {
 impl<const D: usize> Newton<D> {
     /// A solver for every problem with the same pattern as this one.
     pub fn new(problem: &(impl NonlinearProblem<D> + ?Sized)) -> Self {
-        let matrix = BlockSymmetric::zeros(problem.pattern());
         Self {
-            workspace: Workspace {
-                symbolic: None,
-                coordinates: problem.coordinates(),
-                factor: None,
-                single: None,
-                matrix,
-                custom: None,
-                prefer_direct: false,
-                shift: Shift::default(),
-            },
+            workspace: Workspace::new(problem),
         }
     }
 
@@ -183,7 +173,7 @@ impl<const D: usize> Newton<D> {
         direction: impl DescentDirection<D> + 'static,
     ) -> Self {
         let mut newton = Self::new(problem);
-        newton.workspace.custom = Some(Box::new(direction));
+        newton.workspace.bring(direction);
         newton
     }
 
@@ -328,9 +318,14 @@ impl<const D: usize> Newton<D> {
         x: &[f64],
         state: &State,
     ) -> bool {
-        problem.hessian(x, HessianProjection::None, &mut self.workspace.matrix);
         let own = problem.gradient_rounding(x).unwrap_or(0.0);
-        let moved = self.workspace.matrix.absolute_product(x);
+        let moved = match &mut self.workspace.matrix {
+            Some(matrix) => {
+                problem.hessian(x, HessianProjection::None, matrix);
+                matrix.absolute_product(x)
+            }
+            None => vec![0.0; x.len()],
+        };
         state.gradient.iter().zip(&moved).all(|(g, moved)| {
             let floor = ROUNDING_UNITS * f64::EPSILON * moved;
             let floor = if floor >= own { floor } else { own };
@@ -356,36 +351,52 @@ impl<const D: usize> Newton<D> {
                 index,
             });
         }
-        let (own, other) = (self.workspace.matrix.pattern(), problem.pattern());
-        if !(Arc::ptr_eq(own, &other) || **own == *other) || own.blocks() != problem.blocks() {
-            return Err(NewtonFailure::PatternMismatch);
+        let fits = match (&self.workspace.matrix, problem.pattern()) {
+            (None, None) => true,
+            (Some(own), Some(other)) => {
+                let own = own.pattern();
+                (Arc::ptr_eq(own, &other) || **own == *other) && own.blocks() == problem.blocks()
+            }
+            _ => false,
+        };
+        if fits {
+            Ok(())
+        } else {
+            Err(NewtonFailure::PatternMismatch)
         }
-        Ok(())
     }
 
     /// Factors the exact Hessian at `x`, usually a solution: for sensitivities, to be used with
     /// [`CholeskyFactor::solve_many`].
     ///
     /// # Errors
-    /// [`NewtonFailure::Cholesky`] when it is not positive definite: `x` is no strict minimum.
+    /// [`NewtonFailure::Cholesky`] when it is not positive definite: `x` is no strict minimum;
+    /// [`NewtonFailure::NeedsMatrix`] when the problem gives none.
     pub fn factor_at(
         &mut self,
         problem: &(impl NonlinearProblem<D> + ?Sized),
         x: &[f64],
     ) -> Result<&CholeskyFactor<f64, D>, NewtonFailure> {
         self.check(problem, x)?;
-        problem.hessian(x, HessianProjection::None, &mut self.workspace.matrix);
-        Ok(self.workspace.factor()?)
+        let Workspace {
+            matrix, factorizer, ..
+        } = &mut self.workspace;
+        let matrix = matrix.as_mut().ok_or(NewtonFailure::NeedsMatrix)?;
+        problem.hessian(x, HessianProjection::None, matrix);
+        Ok(factorizer.factor(matrix)?)
     }
 
-    /// The ordering and storage plan, made on first use.
-    pub fn symbolic(&mut self) -> &Arc<SymbolicCholesky<D>> {
-        self.workspace.symbolic()
+    /// The ordering and storage plan, made on first use; `None` for a problem without a pattern.
+    pub fn symbolic(&mut self) -> Option<&Arc<SymbolicCholesky<D>>> {
+        let Workspace {
+            matrix, factorizer, ..
+        } = &mut self.workspace;
+        matrix.as_ref().map(|matrix| factorizer.symbolic(matrix))
     }
 
-    /// The Hessian that was assembled last.
-    pub fn matrix(&self) -> &BlockSymmetric<D> {
-        &self.workspace.matrix
+    /// The Hessian that was assembled last; `None` for a problem without a pattern.
+    pub fn matrix(&self) -> Option<&BlockSymmetric<D>> {
+        self.workspace.matrix.as_ref()
     }
 }
 

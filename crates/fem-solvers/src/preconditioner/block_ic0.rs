@@ -9,8 +9,10 @@ use std::sync::Arc;
 /// `L Lᵀ ≈ A + shift · diag(A)` with `L` on the pattern of the lower half of `A`.
 ///
 /// The factorization need not exist for every positive definite matrix. When a pivot block is not
-/// positive definite, it starts over with a larger shift (Manteuffel 1980).
-#[derive(Clone, Debug)]
+/// positive definite, it starts over with a larger shift (Manteuffel 1980). The default is for a matrix
+/// without rows, to be [updated](MatrixPreconditioner::update) before use; an update keeps the memory,
+/// and after one that failed the preconditioner is unusable until another succeeds.
+#[derive(Clone, Debug, Default)]
 pub struct BlockIc0<const D: usize> {
     pattern: Arc<BlockPattern>,
     /// Strictly lower blocks of `L`; at the diagonal, the inverse of the pivot block's factor.
@@ -19,6 +21,7 @@ pub struct BlockIc0<const D: usize> {
 }
 
 const FIRST_SHIFT: f64 = 1e-3;
+const LAST_SHIFT: f64 = 10.0;
 
 impl<const D: usize> BlockIc0<D> {
     /// Factors `A`, with growing diagonal shifts (0, 1e-3, 1e-2, 0.1, 1, 10) until it succeeds.
@@ -28,46 +31,35 @@ impl<const D: usize> BlockIc0<D> {
     /// [`PreconditionerError::NotPositiveDefinite`] if a diagonal block of `A` is not positive
     /// definite, [`PreconditionerError::Breakdown`] if the largest shift does not help.
     pub fn new(matrix: &BlockSymmetric<D>) -> Result<Self, PreconditionerError> {
-        let pattern = matrix.pattern().clone();
-        for i in 0..pattern.blocks() {
-            let row = &matrix.values()[pattern.row_start()[i]..pattern.row_start()[i + 1]];
-            if row.iter().flatten().flatten().any(|v| !v.is_finite()) {
-                return Err(PreconditionerError::NonFinite { block: i });
-            }
-            if small::cholesky(matrix.diagonal_block(i)).is_none() {
-                return Err(PreconditionerError::NotPositiveDefinite { block: i });
-            }
-        }
-        let mut values = matrix.values().to_vec();
-        let mut shift = 0.0;
-        loop {
-            match factor(&pattern, &mut values, shift) {
-                Ok(()) => {
-                    return Ok(Self {
-                        pattern,
-                        values,
-                        shift,
-                    });
-                }
-                Err(block) if shift >= 10.0 => {
-                    return Err(PreconditionerError::Breakdown { block, shift });
-                }
-                Err(_) => {
-                    shift = if shift == 0.0 {
-                        FIRST_SHIFT
-                    } else {
-                        10.0 * shift
-                    };
-                    values.copy_from_slice(matrix.values());
-                }
-            }
-        }
+        let mut made = Self::default();
+        made.update(matrix)?;
+        Ok(made)
+    }
+
+    #[cfg(test)]
+    pub(super) fn memory(&self) -> *const [[f64; D]; D] {
+        self.values.as_ptr()
     }
 
     /// The relative diagonal shift that was needed, 0 when none was.
     pub fn shift(&self) -> f64 {
         self.shift
     }
+}
+
+/// Refuses what no shift repairs.
+fn check<const D: usize>(matrix: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
+    let (values, start) = (matrix.values(), matrix.pattern().row_start());
+    for block in 0..matrix.pattern().blocks() {
+        let row = &values[start[block]..start[block + 1]];
+        if row.iter().flatten().flatten().any(|v| !v.is_finite()) {
+            return Err(PreconditionerError::NonFinite { block });
+        }
+        if small::cholesky(matrix.diagonal_block(block)).is_none() {
+            return Err(PreconditionerError::NotPositiveDefinite { block });
+        }
+    }
+    Ok(())
 }
 
 /// Row by row, in place; `Err` is the block row whose pivot is not positive definite.
@@ -166,7 +158,21 @@ impl<const D: usize> Preconditioner for BlockIc0<D> {
 
 impl<const D: usize> MatrixPreconditioner<D> for BlockIc0<D> {
     fn update(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
-        *self = Self::new(matrix)?;
+        check(matrix)?;
+        self.pattern.clone_from(matrix.pattern());
+        self.values.clear();
+        self.values.extend_from_slice(matrix.values());
+        self.shift = 0.0;
+        while let Err(block) = factor(&self.pattern, &mut self.values, self.shift) {
+            if self.shift >= LAST_SHIFT {
+                return Err(PreconditionerError::Breakdown {
+                    block,
+                    shift: self.shift,
+                });
+            }
+            self.shift = (10.0 * self.shift).max(FIRST_SHIFT);
+            self.values.copy_from_slice(matrix.values());
+        }
         Ok(())
     }
 }

@@ -31,10 +31,16 @@ pub enum PreconditionerError {
         /// The last relative shift tried.
         shift: f64,
     },
+    /// The preconditioner is made from a matrix, the problem gives only products.
+    #[error(
+        "this preconditioner is made from a matrix and there is none: bring one that needs none, or use Identity"
+    )]
+    NeedsMatrix,
 }
 
-/// `z_i = A_ii⁻¹ r_i` for each D×D diagonal block.
-#[derive(Clone, Debug)]
+/// `z_i = A_ii⁻¹ r_i` for each D×D diagonal block; the default is for a matrix without rows, to be
+/// [updated](MatrixPreconditioner::update) before use.
+#[derive(Clone, Debug, Default)]
 pub struct BlockJacobi<const D: usize> {
     inverses: Vec<[[f64; D]; D]>,
 }
@@ -45,17 +51,14 @@ impl<const D: usize> BlockJacobi<D> {
     /// # Errors
     /// [`PreconditionerError`] names the first block that is not positive definite or not finite.
     pub fn new(matrix: &BlockSymmetric<D>) -> Result<Self, PreconditionerError> {
-        let inverses = (0..matrix.pattern().blocks())
-            .map(|block| {
-                let a = matrix.diagonal_block(block);
-                if a.iter().flatten().any(|v| !v.is_finite()) {
-                    return Err(PreconditionerError::NonFinite { block });
-                }
-                small::inverse_positive_definite(a)
-                    .ok_or(PreconditionerError::NotPositiveDefinite { block })
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(Self { inverses })
+        let mut made = Self::default();
+        made.update(matrix)?;
+        Ok(made)
+    }
+
+    #[cfg(test)]
+    pub(super) fn memory(&self) -> *const [[f64; D]; D] {
+        self.inverses.as_ptr()
     }
 }
 
@@ -77,7 +80,16 @@ impl<const D: usize> Preconditioner for BlockJacobi<D> {
 
 impl<const D: usize> MatrixPreconditioner<D> for BlockJacobi<D> {
     fn update(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
-        *self = Self::new(matrix)?;
+        self.inverses.clear();
+        for block in 0..matrix.pattern().blocks() {
+            let a = matrix.diagonal_block(block);
+            if a.iter().flatten().any(|v| !v.is_finite()) {
+                return Err(PreconditionerError::NonFinite { block });
+            }
+            let inverse = small::inverse_positive_definite(a)
+                .ok_or(PreconditionerError::NotPositiveDefinite { block })?;
+            self.inverses.push(inverse);
+        }
         Ok(())
     }
 }

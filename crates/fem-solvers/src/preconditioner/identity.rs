@@ -2,7 +2,7 @@
 
 use super::PreconditionerError;
 use crate::block_matrix::BlockSymmetric;
-use crate::operator::{MatrixPreconditioner, Preconditioner};
+use crate::operator::{LinearOperator, MatrixPreconditioner, Preconditioner};
 
 /// `z = r`: plain conjugate gradients (document 000, Algorithm 1).
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,6 +16,9 @@ impl Preconditioner for Identity {
 
 impl<const D: usize> MatrixPreconditioner<D> for Identity {
     fn update(&mut self, _: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
+        Ok(())
+    }
+    fn update_products(&mut self, _: &dyn LinearOperator) -> Result<(), PreconditionerError> {
         Ok(())
     }
 }

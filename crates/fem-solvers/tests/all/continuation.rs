@@ -57,7 +57,7 @@ impl NonlinearProblem<2> for Pulled<'_> {
     fn blocks(&self) -> usize {
         self.0.blocks()
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
         self.0.pattern()
     }
     fn energy(&self, x: &[f64]) -> f64 {
@@ -75,12 +75,12 @@ impl NonlinearProblem<2> for Pulled<'_> {
 
 #[test]
 fn load_steps_shrink_on_failure_and_grow_on_success() {
-    use fem_solvers::{LoadSteppingError, LoadSteppingParams, walk_load};
+    use fem_solvers::{ContinuationError, ContinuationParams, walk_load};
     let mut loads = Vec::new();
     let mut x = 0.0_f64;
     let info = walk_load(
         &mut x,
-        &LoadSteppingParams::default(),
+        &ContinuationParams::default(),
         |load, x: &mut f64| {
             loads.push(load);
             let far = load - *x > 0.3;
@@ -94,7 +94,7 @@ fn load_steps_shrink_on_failure_and_grow_on_success() {
     let mut x = 0.0_f64;
     let outcome = walk_load(
         &mut x,
-        &LoadSteppingParams::default(),
+        &ContinuationParams::default(),
         |load, x: &mut f64| {
             if load > 0.4 {
                 Err("wall")
@@ -105,24 +105,111 @@ fn load_steps_shrink_on_failure_and_grow_on_success() {
         },
     );
     match outcome {
-        Err(LoadSteppingError::Stuck {
-            load,
+        Err(ContinuationError::Stuck {
+            reached,
             step,
+            info,
             source: "wall",
         }) => {
-            assert_eq!(load, x);
-            assert!(load <= 0.4 && load > 0.39 && step < 0.01);
+            assert_eq!(reached, x);
+            assert!(reached <= 0.4 && reached > 0.39 && step < 0.01);
+            assert!(info.steps > 2 && info.failures > 2);
         }
         other => panic!("{other:?}"),
     }
-    let bad = LoadSteppingParams {
-        first_step: f64::NAN,
-        ..Default::default()
+    assert_eq!(x, x.clamp(0.39, 0.4));
+}
+
+#[test]
+fn steps_that_make_no_sense_are_refused_by_name() {
+    use fem_solvers::{ContinuationError, ContinuationParams, walk_load};
+    let good = ContinuationParams::default();
+    for (name, bad) in [
+        (
+            "first_step",
+            ContinuationParams {
+                first_step: f64::NAN,
+                ..good
+            },
+        ),
+        (
+            "smallest_step",
+            ContinuationParams {
+                smallest_step: 1e-300,
+                ..good
+            },
+        ),
+        (
+            "shrink",
+            ContinuationParams {
+                shrink: 1.0,
+                ..good
+            },
+        ),
+        (
+            "growth",
+            ContinuationParams {
+                growth: 0.5,
+                ..good
+            },
+        ),
+    ] {
+        let mut untouched = 7.0;
+        let outcome = walk_load(&mut untouched, &bad, |_, _| Ok::<(), ()>(()));
+        assert!(matches!(outcome, Err(ContinuationError::Params { what, .. }) if what == name));
+        assert_eq!(untouched, 7.0);
+    }
+}
+
+/// `x = s²` by a corrector that can only move by a tenth; with a predictor along the tangent `2 s`.
+struct Parabola {
+    predicts: bool,
+    guesses: Vec<(f64, f64)>,
+}
+
+impl fem_solvers::Path for Parabola {
+    type State = f64;
+    type Error = f64;
+    fn predict(&mut self, x: &mut f64, from: f64, to: f64) {
+        if self.predicts {
+            *x += 2.0 * from * (to - from);
+        }
+    }
+    fn correct(&mut self, s: f64, x: &mut f64) -> Result<(), f64> {
+        self.guesses.push((s, *x));
+        let gap = s * s - *x;
+        *x = s * s;
+        if gap.abs() <= 0.1 { Ok(()) } else { Err(gap) }
+    }
+}
+
+#[test]
+fn a_predictor_lengthens_the_steps_and_starts_from_the_last_solution() {
+    use fem_solvers::{ContinuationParams, follow_path};
+    let walk = |predicts| {
+        let mut path = Parabola {
+            predicts,
+            guesses: Vec::new(),
+        };
+        let mut x = 0.0;
+        let info = follow_path(&mut path, &mut x, &ContinuationParams::default()).unwrap();
+        assert_eq!(x, 1.0);
+        (info, path.guesses)
     };
-    assert!(matches!(
-        walk_load(&mut x, &bad, |_, _| Ok::<(), ()>(())),
-        Err(LoadSteppingError::Params)
-    ));
+    let ((plain, _), (predicted, guesses)) = (walk(false), walk(true));
+    // The tangent leaves the square of the step, √0.1 = 0.32; without it a step of ds costs 2 s ds.
+    assert!(
+        plain.steps >= 10 && predicted.steps <= 6,
+        "{plain:?} {predicted:?}"
+    );
+    let mut last = 0.0;
+    for (s, guess) in guesses {
+        assert_eq!(guess, last * last + 2.0 * last * (s - last));
+        if (s * s - guess).abs() <= 0.1 {
+            last = s;
+        }
+    }
+    assert_eq!(last, 1.0);
 }
 
 #[test]

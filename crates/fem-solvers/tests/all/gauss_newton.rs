@@ -396,54 +396,85 @@ fn wrong_settings_and_bad_numbers_are_refused() {
             .reason
     };
     let base = GaussNewtonParams::default;
-    for params in [
-        GaussNewtonParams {
-            group_size: 3,
-            ..base()
-        },
-        GaussNewtonParams {
-            group_size: 0,
-            ..base()
-        },
-        GaussNewtonParams {
-            loss: Loss::Huber { scale: f64::NAN },
-            ..base()
-        },
-        GaussNewtonParams {
-            damping: Damping::Levenberg { initial: 0.0 },
-            ..base()
-        },
-        GaussNewtonParams {
-            bounds: Some(Bounds {
-                lower: vec![1.0; 3],
-                upper: vec![0.0; 3],
-            }),
-            ..base()
-        },
-        GaussNewtonParams {
-            bounds: Some(Bounds {
-                lower: vec![f64::NAN; 3],
-                upper: vec![0.0; 3],
-            }),
-            ..base()
-        },
-        GaussNewtonParams {
-            prior: Some(Prior {
-                weights: vec![-1.0; 3],
-                values: vec![0.0; 3],
-            }),
-            ..base()
-        },
-        GaussNewtonParams {
-            prior: Some(Prior {
-                weights: vec![1.0; 2],
-                values: vec![0.0; 2],
-            }),
-            ..base()
-        },
+    for (name, params) in [
+        (
+            "group_size",
+            GaussNewtonParams {
+                group_size: 3,
+                ..base()
+            },
+        ),
+        (
+            "group_size",
+            GaussNewtonParams {
+                group_size: 0,
+                ..base()
+            },
+        ),
+        (
+            "the scale of the loss",
+            GaussNewtonParams {
+                loss: Loss::Huber { scale: f64::NAN },
+                ..base()
+            },
+        ),
+        (
+            "the first damping",
+            GaussNewtonParams {
+                damping: Damping::Levenberg { initial: 0.0 },
+                ..base()
+            },
+        ),
+        (
+            "a lower bound",
+            GaussNewtonParams {
+                bounds: Some(Bounds {
+                    lower: vec![1.0; 3],
+                    upper: vec![0.0; 3],
+                }),
+                ..base()
+            },
+        ),
+        (
+            "a lower bound",
+            GaussNewtonParams {
+                bounds: Some(Bounds {
+                    lower: vec![f64::NAN; 3],
+                    upper: vec![0.0; 3],
+                }),
+                ..base()
+            },
+        ),
+        (
+            "a prior weight",
+            GaussNewtonParams {
+                prior: Some(Prior {
+                    weights: vec![-1.0; 3],
+                    values: vec![0.0; 3],
+                }),
+                ..base()
+            },
+        ),
     ] {
-        assert!(matches!(reason(params), GaussNewtonFailure::Params(_)));
+        let found = reason(params);
+        assert!(
+            matches!(found, GaussNewtonFailure::Params { what, .. } if what == name),
+            "{name}: {found:?}"
+        );
     }
+    let short = GaussNewtonParams {
+        prior: Some(Prior {
+            weights: vec![1.0; 2],
+            values: vec![0.0; 2],
+        }),
+        ..base()
+    };
+    let expected = GaussNewtonFailure::Length {
+        what: "prior.weights",
+        found: 2,
+        expected: 3,
+    };
+    assert_eq!(reason(short), expected);
     let error = gauss_newton(&mut three(), &mut [0.0, f64::NAN, 0.0], &base()).unwrap_err();
     assert!(matches!(
         error.reason,

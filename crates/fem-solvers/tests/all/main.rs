@@ -3,6 +3,7 @@ mod cholesky;
 mod common;
 mod continuation;
 mod gauss_newton;
+mod matrix_free;
 mod newton;
 mod pcg;
 mod rosenbrock;

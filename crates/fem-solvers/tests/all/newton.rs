@@ -143,7 +143,7 @@ impl NonlinearProblem<2> for Offset {
     fn blocks(&self) -> usize {
         self.0.blocks()
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
         self.0.pattern()
     }
     fn energy(&self, x: &[f64]) -> f64 {
@@ -192,8 +192,8 @@ impl NonlinearProblem<1> for Barrier {
     fn blocks(&self) -> usize {
         1
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
-        self.pattern.clone()
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
     }
     fn energy(&self, x: &[f64]) -> f64 {
         if x[0] > 0.0 && x[0] < 2.0 {
@@ -267,8 +267,8 @@ impl NonlinearProblem<2> for Field {
     fn blocks(&self) -> usize {
         1
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
-        self.0.clone()
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.0.clone())
     }
     fn energy(&self, _: &[f64]) -> f64 {
         0.0
@@ -364,8 +364,8 @@ impl NonlinearProblem<1> for Quartic {
     fn blocks(&self) -> usize {
         1
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
-        self.0.clone()
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.0.clone())
     }
     fn energy(&self, x: &[f64]) -> f64 {
         0.25 * x[0].powi(4) + 0.5 * x[0] * x[0] - x[0]

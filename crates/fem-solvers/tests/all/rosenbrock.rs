@@ -24,8 +24,8 @@ impl NonlinearProblem<2> for Rosenbrock {
     fn blocks(&self) -> usize {
         self.pattern.blocks()
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
-        self.pattern.clone()
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
     }
     fn energy(&self, x: &[f64]) -> f64 {
         let own: f64 = x

@@ -3,8 +3,8 @@
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
     BlockIc0, BlockJacobi, BlockSymmetric, Descent, DescentDirection, DescentOutcome, Identity,
-    LinearSolver, MatrixPreconditioner, Newton, NewtonFailure, NewtonParams, PcgDirection,
-    Preconditioner, PreconditionerChoice, PreconditionerError,
+    LinearSolver, MatrixPreconditioner, Newton, NewtonFailure, NewtonParams, NewtonSystem,
+    PcgDirection, Preconditioner, PreconditionerChoice, PreconditionerError,
 };
 
 /// The diagonal, entry by entry.
@@ -37,12 +37,12 @@ struct Sweeps;
 impl DescentDirection<2> for Sweeps {
     fn direction(
         &mut self,
-        hessian: &BlockSymmetric<2>,
-        gradient: &[f64],
-        _forcing: f64,
+        system: &mut NewtonSystem<'_, 2>,
         dx: &mut [f64],
     ) -> Result<Descent, NewtonFailure> {
-        let (n, a) = (gradient.len(), hessian.to_dense());
+        let matrix = system.tangent().matrix();
+        let a = matrix.ok_or(NewtonFailure::NeedsMatrix)?.to_dense();
+        let (gradient, n) = (system.gradient(), dx.len());
         let mut converged = false;
         for _ in 0..SWEEPS {
             let before = dx.to_vec();
@@ -62,11 +62,7 @@ impl DescentDirection<2> for Sweeps {
         } else {
             DescentOutcome::Indefinite
         };
-        Ok(Descent {
-            outcome,
-            linear_iterations: SWEEPS,
-            factorizations: 0,
-        })
+        Ok(Descent::iterated(outcome, SWEEPS))
     }
 }
 
@@ -98,11 +94,6 @@ fn a_strangers_preconditioner_and_a_strangers_direction_solve() {
 #[test]
 fn the_crates_own_preconditioners_give_the_same_bits_through_the_open_trait() {
     let problem = Rosenbrock::new(6, 2.0);
-    let first = {
-        let mut a = BlockSymmetric::<2>::zeros(problem.pattern.clone());
-        a.shift_diagonal(1.0);
-        a
-    };
     let by_name = |preconditioner| {
         let params = NewtonParams {
             linear_solver: LinearSolver::Pcg {
@@ -118,13 +109,13 @@ fn the_crates_own_preconditioners_give_the_same_bits_through_the_open_trait() {
         by_name(PreconditionerChoice::Identity),
         solve(identity, &problem, &NewtonParams::default())
     );
-    let jacobi = PcgDirection::new(BlockJacobi::new(&first).unwrap(), 500);
+    let jacobi = PcgDirection::new(BlockJacobi::default(), 500);
     let jacobi = Newton::with_direction(&problem, jacobi);
     assert_eq!(
         by_name(PreconditionerChoice::BlockJacobi),
         solve(jacobi, &problem, &NewtonParams::default())
     );
-    let ic = PcgDirection::new(BlockIc0::new(&first).unwrap(), 500);
+    let ic = PcgDirection::new(BlockIc0::default(), 500);
     let ic = Newton::with_direction(&problem, ic);
     assert_eq!(
         by_name(PreconditionerChoice::BlockIc0),

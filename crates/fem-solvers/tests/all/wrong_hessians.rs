@@ -19,8 +19,8 @@ impl NonlinearProblem<2> for Quadratic {
     fn blocks(&self) -> usize {
         1
     }
-    fn pattern(&self) -> Arc<BlockPattern> {
-        self.pattern.clone()
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
     }
     fn energy(&self, x: &[f64]) -> f64 {
         (0..2)
@@ -75,8 +75,8 @@ fn the_last_shift_starts_from_the_plain_matrix() {
         fn blocks(&self) -> usize {
             2
         }
-        fn pattern(&self) -> Arc<BlockPattern> {
-            self.0.clone()
+        fn pattern(&self) -> Option<Arc<BlockPattern>> {
+            Some(self.0.clone())
         }
         fn energy(&self, x: &[f64]) -> f64 {
             0.5 * (x[0] * x[0] + x[1] * x[1]) - x[0]

@@ -3,11 +3,15 @@
 use super::VerifyError;
 use super::materials;
 use super::table::Table;
+use crate::numbers::entries;
 use crate::report::Report;
 use crate::shared::read_json;
+use fem_kinematics::Mat;
 use fem_materials::conformance::{Claim, Suite};
+use fem_materials::field::MaterialField;
 use fem_materials::registry::{Entry, ModelVisitor, Parameters, for_each_model};
-use fem_materials::{Material, Outlined};
+use fem_materials::{Fiber, Material, Muscle, Outlined};
+use std::any::Any;
 use std::path::Path;
 
 /// Models that are no hyperelastic law, or promise less than the rest, and why.
@@ -65,6 +69,16 @@ fn constitutive_tables(folder: &Path) -> Result<Vec<String>, VerifyError> {
     Ok(names)
 }
 
+/// ∂P/∂α of the models with fibers, `None` for the others.
+fn stress_by_activation<const D: usize>(material: &dyn Any, F: &Mat<f64, D>) -> Option<Vec<f64>> {
+    let fiber = match material.downcast_ref::<Muscle>() {
+        Some(muscle) => &muscle.1,
+        None => material.downcast_ref::<Fiber>()?,
+    };
+    let F: Mat<f64, 3> = (D == 3).then(|| Mat::from_fn(|i, j| F[(i, j)]))?;
+    Some(entries(&fiber.field.stress_by_control(&fiber.local, &F)))
+}
+
 struct Tables<'a> {
     folder: &'a Path,
     report: &'a mut Report,
@@ -74,7 +88,7 @@ struct Tables<'a> {
 }
 
 impl ModelVisitor for Tables<'_> {
-    fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
+    fn visit<M: Material<D> + 'static, const D: usize>(&mut self, entry: &Entry<M>) {
         let name = format!("{}_{D}d", entry.name);
         // Some tables bear another name of the model.
         let names = [entry.name]
@@ -108,6 +122,7 @@ impl ModelVisitor for Tables<'_> {
         materials::check::<D, _>(
             &table,
             |p| materials.get(p).copied().flatten().map(Outlined),
+            |p, F| stress_by_activation(materials.get(p)?.as_ref()?, F),
             self.report,
         );
         self.seen.push(file);

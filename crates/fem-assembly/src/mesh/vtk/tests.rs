@@ -1,5 +1,12 @@
-use super::super::{DataArray, MeshFile, MeshFileError, Orientation, Orphans, Quality, kuhn_grid};
+use super::super::{
+    DataArray, MeshFile, MeshFileError, Orientation, Orphans, Quality, SimplexMesh, kuhn_grid,
+};
+use super::super::{QuadraticMesh, Values};
 use std::path::{Path, PathBuf};
+
+mod hostile_tests;
+mod samples_tests;
+mod variants_tests;
 
 fn sample() -> MeshFile {
     let mesh = kuhn_grid(2, 2, 3, [0.1, 0.2, 0.3]).expect("a grid");
@@ -12,6 +19,7 @@ fn sample() -> MeshFile {
         .with_point_data(DataArray::vectors("place", mesh.nodes()))
         .with_cell_data(DataArray::vectors("fiber", &fibers))
         .with_cell_data(DataArray::integers("label", (0..72).map(|e| e % 5 - 1)))
+        .with_cell_data(DataArray::integers("large", (0..72).map(|e| e << 32)))
 }
 
 fn written(file: &MeshFile, name: &str) -> (tempfile::TempDir, PathBuf) {
@@ -50,12 +58,152 @@ fn whole_compression_blocks_round_trip() {
     }
 }
 
+/// Names that are no names to XML or to words in a line.
+#[test]
+fn arrays_of_any_name_round_trip() {
+    let names = [
+        "a & b",
+        "<x>",
+        "\"quoted\" 'n'",
+        "two words",
+        "tab\tline\n",
+        "Größe µ",
+        "100%25",
+    ];
+    for format in ["mesh.vtu", "mesh.vtk"] {
+        let mut file = sample();
+        for name in names {
+            file = file.with_cell_data(DataArray::integers(name, 0..72));
+        }
+        let (_folder, path) = written(&file, format);
+        let back = MeshFile::read(&path).expect(format);
+        assert_eq!(back, MeshFile { path, ..file }, "{format}");
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for name in ["", "bell\u{7}"] {
+        let file = sample().with_cell_data(DataArray::integers(name, 0..72));
+        let error = file
+            .write(folder.path().join("mesh.vtu"))
+            .expect_err("no name");
+        assert!(
+            error.to_string().contains("cannot name an array"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn quadratic_meshes_round_trip() {
+    let linear = kuhn_grid(1, 2, 1, [0.3; 3]).expect("a grid");
+    let tets = QuadraticMesh::from_linear(&linear).expect("quadratic");
+    let square = vec![[0.0, 0.0], [0.1, 0.0], [0.1, 0.3], [0.0, 0.3]];
+    let flat = SimplexMesh::<2>::new(square, vec![0, 1, 2, 0, 2, 3]).expect("two triangles");
+    let triangles = QuadraticMesh::from_linear(&flat).expect("quadratic");
+    for format in ["mesh.vtu", "mesh.vtk"] {
+        let (_folder, path) = written(&MeshFile::from_quadratic_tets(&tets), format);
+        let back = MeshFile::read(&path).expect(format);
+        assert!(back.cell_types.iter().all(|&t| t == 24));
+        let (mesh, _) = back
+            .quadratic_tet_mesh(Orientation::Refuse, Orphans::Refuse)
+            .expect(format);
+        assert_eq!(mesh, tets);
+        let file = MeshFile::from_quadratic_triangles(&triangles);
+        let (_folder, path) = written(&file, format);
+        let mut back = MeshFile::read(&path).expect(format);
+        assert!(back.cell_types.iter().all(|&t| t == 22));
+        let (mesh, _) = back
+            .quadratic_triangle_mesh(Orientation::Refuse, Orphans::Refuse)
+            .expect(format);
+        assert_eq!(mesh, triangles);
+        back.points[3][2] = 1e-3;
+        let error = back
+            .quadratic_triangle_mesh(Orientation::Refuse, Orphans::Refuse)
+            .expect_err("not plane");
+        assert!(
+            error.to_string().contains("point 3 has z = 0.001"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn cells_that_do_not_fit_their_type_are_not_written() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("mesh.vtu");
+    let mut file = sample();
+    file.cell_types[5] = 24;
+    let text = file.write(&path).expect_err("4 points").to_string();
+    assert!(
+        text.contains("cell 5 of VTK type 24 has 4 points"),
+        "{text}"
+    );
+    let mut file = sample();
+    file.offsets.pop();
+    assert!(file.write(&path).is_err());
+    assert!(!path.exists());
+}
+
+/// Every attribute of "VTK File Formats", as text.
+#[test]
+fn legacy_attributes_of_every_kind_are_read() {
+    let text = "# vtk DataFile Version 3.0\r\nbox\r\nASCII\r\nDATASET UNSTRUCTURED_GRID\r\n\
+        POINTS 3 float\r\n0 0 0 1 0 0 0 1 0\r\nCELLS 1 4\r\n3 0 1 2\r\nCELL_TYPES 1\r\n5\r\n\
+        POINT_DATA 3\r\nSCALARS two%20words int 2\r\nLOOKUP_TABLE mine\r\n1 2 3 4 5 6\r\n\
+        LOOKUP_TABLE mine 2\r\n0 0 0 1 1 1 1 1\r\nSCALARS bare char\r\n7 8 9\r\n\
+        VECTORS v double\r\n1 2 3 4 5 6 7 8 9\r\nNORMALS n float\r\n1 0 0 0 1 0 0 0 1\r\n\
+        TEXTURE_COORDINATES t 2 float\r\n0 0.5 1 0 0 1\r\nCOLOR_SCALARS c 1\r\n0 0.25 1\r\n\
+        CELL_DATA 1\r\nTENSORS s float\r\n1 0 0\r\n0 1 0\r\n0 0 1\r\n\
+        TENSORS6 s6 float\r\n1 2 3 4 5 6\r\nGLOBAL_IDS ids vtkIdType\r\n41\r\n";
+    let file = read_text("a.vtk", text.as_bytes()).expect("readable");
+    let whole = |v: &[i64]| Values::Integers(v.to_vec());
+    assert_eq!(file.point_data[0].name, "two words");
+    assert_eq!(file.point_data[0].values, whole(&[1, 2, 3, 4, 5, 6]));
+    assert_eq!(file.point_integers("bare").expect("there"), [7, 8, 9]);
+    let v = file.point_vectors::<3>("v").expect("there");
+    assert_eq!(v[2], [7.0, 8.0, 9.0]);
+    assert_eq!(
+        file.point_vectors::<3>("n").expect("there")[1],
+        [0.0, 1.0, 0.0]
+    );
+    assert_eq!(file.point_vectors::<2>("t").expect("there")[0], [0.0, 0.5]);
+    assert_eq!(file.point_scalars("c").expect("there"), [0.0, 0.25, 1.0]);
+    let s = file.cell_vectors::<9>("s").expect("there");
+    assert_eq!(s, [[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]]);
+    assert_eq!(file.cell_vectors::<6>("s6").expect("there")[0][5], 6.0);
+    assert_eq!(file.cell_integers("ids").expect("there"), [41]);
+    assert_eq!(file.triangles().expect("triangles"), [[0, 1, 2]]);
+    for (right, wrong, why) in [
+        (
+            "POINT_DATA 3",
+            "POINT_DATA 2",
+            "line 11: POINT_DATA 2: the grid has 3",
+        ),
+        ("CELLS 1 4", "CELLS 2 4", "2 cells are announced, 1 follow"),
+        ("\r\n3 0 1 2", "\r\n9 0 1 2", "cell 0 has 9 points"),
+        (
+            "1 2 3 4 5 6\r\nL",
+            "1 2 3 4 5 x\r\nL",
+            "two words: \"x\" is no number",
+        ),
+        ("v double", "v quadruple", "\"quadruple\" is not known"),
+        (
+            "CELL_TYPES 1\r\n5",
+            "CELL_TYPES 0",
+            "not as many cell types as cells",
+        ),
+    ] {
+        let error = read_text("a.vtk", text.replace(right, wrong).as_bytes());
+        let error = error.expect_err(wrong).to_string();
+        assert!(error.contains(why), "{error}");
+    }
+}
+
 #[test]
 fn missing_and_misshapen_arrays_are_named() {
     let file = sample();
     let text = file.cell_integers("bones").expect_err("absent").to_string();
     assert!(
-        text.contains("\"bones\"; the file has fiber, label"),
+        text.contains("\"bones\"; the file has fiber, label, large"),
         "{text}"
     );
     let text = file.cell_scalars("fiber").expect_err("vectors").to_string();

@@ -1,0 +1,191 @@
+//! The nearly incompressible block of SPP 1748 (Schröder et al. 2021): a quarter of a block, pressed
+//! on part of its top. Linear tetrahedra lock, means over patches and quadratic tetrahedra do not.
+//!
+//! `cargo run --release -p fem-assembly --example incompressible_block -- [cells along an edge]`
+#![allow(non_snake_case)]
+
+use fem_assembly::mesh::{QuadraticMesh, SimplexMesh, kuhn_grid};
+use fem_assembly::{Assembly, AssemblyBuilder, Dofs, NodalLoads, Quasistatic, VolumePatches};
+use fem_kinematics::{Mat, Real};
+use fem_materials::Material;
+use fem_solvers::{LinearSolver, Newton, NewtonParams};
+use std::error::Error;
+use std::time::Instant;
+
+const MU: f64 = 1.61148;
+const LAMBDA: f64 = 499.92568;
+const PRESSURE: f64 = 3.0;
+const SIZE: f64 = 50.0;
+
+/// µ/2 (I₁ − 3 − 2 ln J) + λ/2 (J − 1)².
+#[derive(Clone, Copy)]
+struct Block {
+    mu: f64,
+    lambda: f64,
+}
+
+impl Material<3> for Block {
+    fn energy<T: Real>(&self, F: &Mat<T, 3>) -> T {
+        let (mu, lambda) = (T::from_f64(0.5 * self.mu), T::from_f64(0.5 * self.lambda));
+        let J = F.determinant();
+        let shear = F.norm_squared() - T::from_f64(3.0) - T::from_f64(2.0) * J.ln();
+        let energy = mu * shear + lambda * (J - T::one()) * (J - T::one());
+        T::select(T::zero().lt(J), energy, T::from_f64(f64::INFINITY))
+    }
+    fn stress<T: Real>(&self, F: &Mat<T, 3>) -> Mat<T, 3> {
+        let (mu, lambda) = (T::from_f64(self.mu), T::from_f64(self.lambda));
+        let J = F.determinant();
+        F.scale(mu) + F.cofactor().scale(lambda * (J - T::one()) - mu * J.recip())
+    }
+    fn stress_differential<T: Real>(&self, F: &Mat<T, 3>, dF: &Mat<T, 3>) -> Mat<T, 3> {
+        let (mu, lambda) = (T::from_f64(self.mu), T::from_f64(self.lambda));
+        let (J, cof) = (F.determinant(), F.cofactor());
+        let dJ = cof.dot(dF);
+        let slope = lambda + mu * (J * J).recip();
+        dF.scale(mu)
+            + cof.scale(slope * dJ)
+            + F.cofactor_differential(dF)
+                .scale(lambda * (J - T::one()) - mu * J.recip())
+    }
+}
+
+fn dofs(nodes: &[[f64; 3]]) -> Result<Dofs<3>, Box<dyn Error>> {
+    let mut axes = Vec::new();
+    for (n, &[x, y, z]) in nodes.iter().enumerate() {
+        let top = z == SIZE;
+        for (axis, prescribed) in [x == SIZE || top, y == SIZE || top, z == 0.0]
+            .into_iter()
+            .enumerate()
+        {
+            if prescribed {
+                axes.push((n, axis));
+            }
+        }
+    }
+    Ok(Dofs::new(nodes, &[], &axes)?)
+}
+
+/// The dead pressure on [25, 50]² of the top, by the faces of the elements there.
+fn loads(
+    corners: &SimplexMesh<3>,
+    faces: impl Iterator<Item = (Vec<usize>, f64)>,
+) -> Result<NodalLoads<3>, Box<dyn Error>> {
+    let mut loads = vec![[0.0; 3]; corners.num_nodes()];
+    for (nodes, area) in faces {
+        for n in &nodes {
+            loads[*n][2] -= PRESSURE * area / nodes.len() as f64;
+        }
+    }
+    let some = loads.into_iter().enumerate().filter(|(_, f)| f[2] != 0.0);
+    Ok(NodalLoads::new(some.collect())?)
+}
+
+/// The three corners of each loaded face, places in its element.
+fn loaded(mesh: &SimplexMesh<3>) -> Vec<(usize, [usize; 3])> {
+    let mut faces = Vec::new();
+    for (e, t) in mesh.elements().enumerate() {
+        for out in 0..4 {
+            let face: Vec<usize> = (0..4).filter(|&a| a != out).collect();
+            let on = |&a: &usize| {
+                let [x, y, z] = mesh.node(t[a]);
+                z == SIZE && x >= SIZE / 2.0 && y >= SIZE / 2.0
+            };
+            if face.iter().all(on) {
+                faces.push((e, [face[0], face[1], face[2]]));
+            }
+        }
+    }
+    faces
+}
+
+fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
+    let start = Instant::now();
+    let problem = Quasistatic::new(body, body.rest().to_vec(), vec![])?;
+    let mut x = problem.unknowns();
+    let params = NewtonParams {
+        linear_solver: LinearSolver::Direct,
+        max_iterations: 200,
+        ..NewtonParams::default()
+    };
+    let info = Newton::new(&problem).solve(&problem, &mut x, &params);
+    let seconds = start.elapsed().as_secs_f64();
+    let shape = problem.positions(&x);
+    let last = body
+        .rest()
+        .iter()
+        .position(|p| *p == [SIZE; 3])
+        .ok_or("no corner")?;
+    let least = body
+        .volume_ratios(&shape)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    println!(
+        "{name:>28}: {:>7} unknowns  |u_z| {:.3} mm  least J {least:.3}  {} steps  {seconds:.2} s",
+        body.dofs().unknowns(),
+        SIZE - shape[last][2],
+        info.map_or_else(|e| e.to_string(), |info| info.iterations.to_string()),
+    );
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let n: usize = std::env::args().nth(1).map_or(Ok(8), |n| n.parse())?;
+    let mesh = kuhn_grid(n, n, n, [SIZE; 3])?;
+    let area = (SIZE / n as f64).powi(2) / 2.0;
+    let corners =
+        |(e, face): (usize, [usize; 3])| (face.map(|a| mesh.element(e)[a] as usize).to_vec(), area);
+    let linear = || -> Result<_, Box<dyn Error>> {
+        let loads = loads(&mesh, loaded(&mesh).into_iter().map(corners))?;
+        Ok(AssemblyBuilder::new(&mesh, dofs(mesh.nodes())?)?.term(loads)?)
+    };
+    let whole = Block {
+        mu: MU,
+        lambda: LAMBDA,
+    };
+    report("linear", &linear()?.material(whole)?.build()?)?;
+    for share in [0.0, 1.0] {
+        let soft = Block {
+            mu: MU,
+            lambda: share * MU,
+        };
+        let bulk = vec![LAMBDA - soft.lambda; mesh.num_elements()];
+        let nodal = VolumePatches::around_nodes(&mesh);
+        let edges = VolumePatches::around_edges(&mesh);
+        // Means around nodes couple so many nodes that a factorization of a fine mesh takes minutes.
+        let choices = if n <= 12 { 2 } else { 1 };
+        for (name, patches) in [("around edges", &edges), ("around nodes", &nodal)]
+            .into_iter()
+            .take(choices)
+        {
+            let body = linear()?
+                .material(soft)?
+                .mean_volume(patches, &bulk)?
+                .build()?;
+            report(&format!("{name}, λ = {share} µ outside"), &body)?;
+        }
+    }
+    if n <= 16 {
+        let mesh = QuadraticMesh::from_linear(&kuhn_grid(n / 2, n / 2, n / 2, [SIZE; 3])?)?;
+        let edge = |a: usize, b: usize| {
+            let edges = QuadraticMesh::<3>::edges_of_an_element();
+            4 + edges
+                .iter()
+                .position(|&[i, j]| (i, j) == (a.min(b), a.max(b)))
+                .unwrap_or(0)
+        };
+        let middles = |(e, [a, b, c]): (usize, [usize; 3])| {
+            let nodes = [edge(a, b), edge(b, c), edge(a, c)];
+            (
+                nodes.map(|k| mesh.element(e)[k] as usize).to_vec(),
+                4.0 * area,
+            )
+        };
+        let loads = loads(
+            mesh.corners(),
+            loaded(mesh.corners()).into_iter().map(middles),
+        )?;
+        let builder = AssemblyBuilder::quadratic(&mesh, dofs(mesh.nodes())?)?;
+        report("quadratic", &builder.term(loads)?.material(whole)?.build()?)?;
+    }
+    Ok(())
+}

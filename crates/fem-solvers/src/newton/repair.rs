@@ -1,0 +1,313 @@
+//! The direction of one step: the policy's own, repaired where the tangent is indefinite.
+
+use super::direction::{Descent, DescentDirection, DescentOutcome, NewtonSystem, policy};
+use super::factorizer::Factorizer;
+use super::shift::Shift;
+use super::tangent::{Products, Tangent};
+use super::{
+    HessianProjection, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
+    ProjectionPolicy,
+};
+use crate::block_matrix::BlockSymmetric;
+use crate::cholesky::CholeskyError;
+use crate::vector::{dot, first_non_finite};
+
+/// The last repair adds this share of the largest diagonal entry, then ten times as much, …
+const FIRST_LAST_SHIFT: f64 = 1e-9;
+/// … this often.
+const LAST_SHIFTS: usize = 14;
+
+/// What is kept between steps and between solves.
+pub(super) struct Workspace<const D: usize> {
+    pub factorizer: Factorizer<D>,
+    /// The Hessian assembled last; `None` for problems that give only products.
+    pub matrix: Option<BlockSymmetric<D>>,
+    /// Share of the diagonal to start the next step with, under
+    /// [`ProjectionPolicy::ExactThenShifted`]; forgotten between solves.
+    pub shift: Shift,
+    directions: Directions<D>,
+}
+
+/// Where directions come from.
+enum Directions<const D: usize> {
+    /// Brought by the user.
+    Custom(Box<dyn DescentDirection<D>>),
+    /// Made for the linear solver of the settings, and made anew when that changes.
+    Setting(Option<(LinearSolver, Box<dyn DescentDirection<D>>)>),
+}
+
+impl<const D: usize> Directions<D> {
+    fn get(&mut self, solver: LinearSolver) -> &mut dyn DescentDirection<D> {
+        match self {
+            Self::Custom(custom) => custom.as_mut(),
+            Self::Setting(made) => {
+                made.take_if(|(of, _)| *of != solver);
+                let (_, policy) = made.get_or_insert_with(|| (solver, policy(solver)));
+                policy.as_mut()
+            }
+        }
+    }
+}
+
+/// A descent direction and what it took.
+pub(super) struct Direction {
+    pub dx: Vec<f64>,
+    pub projection: HessianProjection,
+    pub linear_iterations: usize,
+    pub factorizations: usize,
+    pub shift: f64,
+}
+
+impl Direction {
+    fn count(&mut self, work: &Descent) {
+        self.linear_iterations += work.linear_iterations;
+        self.factorizations += work.factorizations;
+    }
+}
+
+/// The step whose direction is wanted.
+struct At<'a, P: ?Sized> {
+    problem: &'a P,
+    x: &'a [f64],
+    g: &'a [f64],
+    forcing: f64,
+    solver: LinearSolver,
+}
+
+impl<const D: usize> Workspace<D> {
+    pub fn new(problem: &(impl NonlinearProblem<D> + ?Sized)) -> Self {
+        Self {
+            factorizer: Factorizer::new(problem.coordinates()),
+            matrix: problem.pattern().map(BlockSymmetric::zeros),
+            shift: Shift::default(),
+            directions: Directions::Setting(None),
+        }
+    }
+
+    pub fn bring(&mut self, direction: impl DescentDirection<D> + 'static) {
+        self.directions = Directions::Custom(Box::new(direction));
+    }
+
+    /// A direction `dx` with `K dx ≈ −g` and `gᵀdx < 0`, `‖K dx + g‖ ≤ forcing ‖g‖`.
+    pub fn direction<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        problem: &P,
+        x: &[f64],
+        g: &[f64],
+        forcing: f64,
+        params: &NewtonParams,
+    ) -> Result<Direction, NewtonFailure> {
+        let at = At {
+            problem,
+            x,
+            g,
+            forcing,
+            solver: params.linear_solver,
+        };
+        let mut result = Direction {
+            dx: vec![0.0; g.len()],
+            projection: HessianProjection::None,
+            linear_iterations: 0,
+            factorizations: 0,
+            shift: 0.0,
+        };
+        let found = match params.projection {
+            ProjectionPolicy::ExactFirst => self.staged(&at, EXACT_THEN_CLAMP, &mut result)?,
+            ProjectionPolicy::ExactThenAbsolute => {
+                self.staged(&at, EXACT_THEN_ABSOLUTE, &mut result)?
+            }
+            ProjectionPolicy::AlwaysProjected => self.staged(&at, CLAMP, &mut result)?,
+            ProjectionPolicy::ExactThenShifted => self.shifted(&at, &mut result)?,
+        };
+        if !found {
+            self.last_shifts(&at, &mut result)?;
+        }
+        Ok(result)
+    }
+
+    /// One tangent after the other, each less exact and more definite; `false` if none will do.
+    fn staged<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        stages: &[HessianProjection],
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        for &projection in stages {
+            result.projection = projection;
+            self.assemble(at, projection)?;
+            if self.attempt(at, 0.0, result)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Adds as little of the diagonal as makes the tangent positive definite; `false` if nothing does.
+    fn shifted<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        self.assemble(at, HessianProjection::None)?;
+        let weights = self.matrix.as_ref().map(BlockSymmetric::mean_diagonals);
+        let scale = self.scale(at, HessianProjection::None);
+        let mut added = 0.0;
+        for _ in 0..Shift::ATTEMPTS {
+            let share = self.shift.share();
+            if let (Some(matrix), Some(weights)) = (&mut self.matrix, &weights) {
+                matrix.add_to_diagonals(weights, share - added);
+            }
+            (added, result.shift) = (share, share);
+            if self.attempt(at, share * scale, result)? {
+                return Ok(true);
+            }
+            self.shift.refused();
+        }
+        // Shares of a diagonal that has zeros do not help; what follows starts from the plain matrix.
+        self.assemble(at, HessianProjection::None)?;
+        result.shift = 0.0;
+        Ok(false)
+    }
+
+    /// A projected tangent can still be singular: adds to its diagonal until it is not.
+    fn last_shifts<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        result: &mut Direction,
+    ) -> Result<(), NewtonFailure> {
+        let scale = self.scale(at, result.projection);
+        let mut shift = FIRST_LAST_SHIFT * if scale > 0.0 { scale } else { 1.0 };
+        let (mut added, mut block_row) = (0.0, None);
+        for _ in 0..LAST_SHIFTS {
+            let found = match &mut self.matrix {
+                Some(matrix) => {
+                    matrix.shift_diagonal(shift - added);
+                    self.factored(at, result, &mut block_row)?
+                }
+                None => self.attempt(at, shift, result)?,
+            };
+            if found {
+                return Ok(());
+            }
+            added = shift;
+            shift *= 10.0;
+        }
+        Err(NewtonFailure::Indefinite {
+            shift: added,
+            block_row,
+        })
+    }
+
+    /// The size of the diagonal, or what stands for it where there is no matrix.
+    fn scale<P: NonlinearProblem<D> + ?Sized>(
+        &self,
+        at: &At<'_, P>,
+        projection: HessianProjection,
+    ) -> f64 {
+        match &self.matrix {
+            Some(matrix) => {
+                let diagonal = matrix.diagonal();
+                diagonal.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
+            }
+            None => at.products(projection, 0.0).curvature_along(at.g),
+        }
+    }
+
+    fn assemble<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        projection: HessianProjection,
+    ) -> Result<(), NewtonFailure> {
+        let Some(matrix) = &mut self.matrix else {
+            return Ok(());
+        };
+        at.problem.hessian(at.x, projection, matrix);
+        let finite = |b: &[[f64; D]; D]| b.iter().flatten().all(|v| v.is_finite());
+        match matrix.values().iter().position(|b| !finite(b)) {
+            None => Ok(()),
+            Some(index) => Err(NewtonFailure::NonFinite {
+                what: "the Hessian (stored block)",
+                index,
+            }),
+        }
+    }
+
+    /// One linear solve with the tangent as it stands; `false` when it is not positive definite.
+    /// `added` is on the diagonal of the matrix already, and is added to products.
+    fn attempt<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        added: f64,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        let products = at.products(result.projection, added);
+        let tangent = match &self.matrix {
+            Some(matrix) => Tangent::from_matrix(matrix),
+            None => Tangent::from_products(&products),
+        };
+        let mut system = NewtonSystem {
+            tangent,
+            gradient: at.g,
+            forcing: at.forcing,
+            factorizer: &mut self.factorizer,
+        };
+        result.dx.fill(0.0);
+        let direction = self.directions.get(at.solver);
+        let mut found = direction.direction(&mut system, &mut result.dx)?;
+        if found.outcome == DescentOutcome::TooSlow && tangent.matrix().is_some() {
+            found = system.solve_directly(&mut result.dx)?.after(found);
+        }
+        result.count(&found);
+        Ok(found.outcome != DescentOutcome::Indefinite && descends(&result.dx, at.g))
+    }
+
+    /// A factorization of the matrix as it stands, whatever the policy.
+    fn factored<P: ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        result: &mut Direction,
+        refused: &mut Option<usize>,
+    ) -> Result<bool, NewtonFailure> {
+        let Some(matrix) = &self.matrix else {
+            return Err(NewtonFailure::NeedsMatrix);
+        };
+        result.factorizations += 1;
+        match self.factorizer.factor(matrix) {
+            Ok(factor) => {
+                result.dx = at.g.iter().map(|g| -g).collect();
+                factor.solve_in_place(&mut result.dx);
+                Ok(descends(&result.dx, at.g))
+            }
+            Err(CholeskyError::NotPositiveDefinite { block_row }) => {
+                *refused = Some(block_row);
+                Ok(false)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+const EXACT_THEN_CLAMP: &[HessianProjection] = &[HessianProjection::None, HessianProjection::Clamp];
+const EXACT_THEN_ABSOLUTE: &[HessianProjection] =
+    &[HessianProjection::None, HessianProjection::Absolute];
+const CLAMP: &[HessianProjection] = &[HessianProjection::Clamp];
+
+impl<'a, P: ?Sized> At<'a, P> {
+    fn products<const D: usize>(
+        &self,
+        projection: HessianProjection,
+        added: f64,
+    ) -> Products<'a, P, D> {
+        Products {
+            problem: self.problem,
+            x: self.x,
+            projection,
+            added,
+        }
+    }
+}
+
+/// Finite and downhill: `gᵀdx < 0`.
+fn descends(dx: &[f64], g: &[f64]) -> bool {
+    first_non_finite(dx).is_none() && dot(dx, g) < 0.0
+}

@@ -1,0 +1,86 @@
+//! The Hessian at one point: a linear operator, optionally assembled.
+
+use super::{HessianProjection, NewtonFailure, NonlinearProblem};
+use crate::block_matrix::BlockSymmetric;
+use crate::operator::{LinearOperator, Structure};
+use crate::vector::dot;
+
+/// The Hessian, or what a [`ProjectionPolicy`](super::ProjectionPolicy) makes of it, at one point.
+#[derive(Clone, Copy)]
+pub struct Tangent<'a, const D: usize> {
+    operator: &'a dyn LinearOperator,
+    matrix: Option<&'a BlockSymmetric<D>>,
+}
+
+impl<'a, const D: usize> Tangent<'a, D> {
+    /// A tangent that is a matrix.
+    pub fn from_matrix(matrix: &'a BlockSymmetric<D>) -> Self {
+        Self {
+            operator: matrix,
+            matrix: Some(matrix),
+        }
+    }
+
+    /// A tangent that is only known by its products.
+    pub fn from_products(operator: &'a dyn LinearOperator) -> Self {
+        Self {
+            operator,
+            matrix: None,
+        }
+    }
+
+    /// The matrix, where there is one.
+    pub fn matrix(&self) -> Option<&'a BlockSymmetric<D>> {
+        self.matrix
+    }
+
+    pub(super) fn assembled(&self) -> Result<&'a BlockSymmetric<D>, NewtonFailure> {
+        self.matrix.ok_or(NewtonFailure::NeedsMatrix)
+    }
+}
+
+impl<const D: usize> LinearOperator for Tangent<'_, D> {
+    fn dim(&self) -> usize {
+        self.operator.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.operator.structure()
+    }
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.operator.apply(x, y);
+    }
+}
+
+/// `∂²E/∂x² + added · I` at `x`, by the problem's own products.
+pub(super) struct Products<'a, P: ?Sized, const D: usize> {
+    pub problem: &'a P,
+    pub x: &'a [f64],
+    pub projection: HessianProjection,
+    pub added: f64,
+}
+
+impl<P: NonlinearProblem<D> + ?Sized, const D: usize> Products<'_, P, D> {
+    /// `|gᵀ K g| / gᵀ g`: it stands for the diagonal that an operator without a matrix does not show.
+    pub fn curvature_along(&self, g: &[f64]) -> f64 {
+        let mut product = vec![0.0; g.len()];
+        self.apply(g, &mut product);
+        (dot(g, &product) / dot(g, g)).abs()
+    }
+}
+
+impl<P: NonlinearProblem<D> + ?Sized, const D: usize> LinearOperator for Products<'_, P, D> {
+    fn dim(&self) -> usize {
+        self.x.len()
+    }
+    fn structure(&self) -> Structure {
+        Structure::Symmetric
+    }
+    fn apply(&self, v: &[f64], y: &mut [f64]) {
+        self.problem.hessian_vector(self.x, self.projection, v, y);
+        if self.added != 0.0 {
+            for (y, v) in y.iter_mut().zip(v) {
+                *y += self.added * v;
+            }
+        }
+    }
+}

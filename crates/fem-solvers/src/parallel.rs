@@ -1,0 +1,40 @@
+//! Tasks on several threads with the feature `rayon`, one after the other without it. Results come in
+//! the order of the tasks, so that sums of them have the same bits either way.
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+
+/// Runs both.
+#[cfg(feature = "rayon")]
+pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    rayon::join(a, b);
+}
+
+/// Runs both.
+#[cfg(not(feature = "rayon"))]
+pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    a();
+    b();
+}
+
+/// The result of every task; a single one runs on the calling thread.
+#[cfg(feature = "rayon")]
+pub(crate) fn map<T: Send, R: Send, C: FromIterator<R> + FromParallelIterator<R>>(
+    tasks: Vec<T>,
+    run: impl Fn(T) -> R + Send + Sync,
+) -> C {
+    if tasks.len() == 1 {
+        tasks.into_iter().map(run).collect()
+    } else {
+        tasks.into_par_iter().map(run).collect()
+    }
+}
+
+/// The result of every task.
+#[cfg(not(feature = "rayon"))]
+pub(crate) fn map<T: Send, R: Send, C: FromIterator<R>>(
+    tasks: Vec<T>,
+    run: impl Fn(T) -> R + Send + Sync,
+) -> C {
+    tasks.into_iter().map(run).collect()
+}
