@@ -163,6 +163,37 @@ mod tests {
         }
     }
 
+    /// Swollen by a hundredth, elements and patches together resist as the model does; sheared, the
+    /// elements alone.
+    #[test]
+    fn patches_take_over_what_lambda_exceeds_mu_by() {
+        let mut scene = Scene::builtin(5_000).expect("a face");
+        scene.regions = vec![Region {
+            name: "flesh".into(),
+            material: NamedMaterial::new("neo_hookean", [("young", 3e4), ("poisson", 0.49)]),
+        }];
+        let energies = |scene: &Scene, gradient: Mat<f64, 3>| {
+            let assembly = scene.assembly().expect("an assembly");
+            let moved: Vec<_> = (assembly.rest().iter())
+                .map(|&x| gradient.mul_vec(x))
+                .collect();
+            let quiet = vec![0.0; assembly.controls()];
+            assembly.energy(assembly.configuration(&moved, &quiet).expect("finite"))
+        };
+        let swollen = Mat::from_diagonal([1.0001; 3]);
+        let sheared = Mat([[1.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let whole = [swollen, sheared].map(|gradient| energies(&scene, gradient));
+        scene.volume = Volume::Patches;
+        let split = [swollen, sheared].map(|gradient| energies(&scene, gradient));
+        for (whole, split) in whole.iter().zip(split) {
+            assert!((whole - split).abs() < 1e-3 * whole, "{whole} and {split}");
+        }
+        // A patch may keep its volume where its elements do not.
+        let (softer, rest) = scene.split(&scene.regions[0].material).expect("a model");
+        let lame = softer.at_rest().expect("a model");
+        assert!((lame.lambda - lame.mu).abs() < 1e-9 * lame.mu && rest > 10.0 * lame.mu);
+    }
+
     #[test]
     fn a_table_that_is_no_curve_is_an_error() {
         let mut scene = Scene::builtin(5_000).expect("a face");
@@ -217,7 +248,6 @@ mod tests {
     #[test]
     fn every_model_of_the_registry_is_reached_by_its_name_and_has_its_own_energy() {
         let mut scene = Scene::builtin(5_000).expect("a face");
-        scene.volume = Volume::Elements;
         scene.fiber_field =
             face_rig::anatomy::FiberField::new(Vec::new(), scene.mesh.num_elements(), 0)
                 .expect("no fibers");

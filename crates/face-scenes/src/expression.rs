@@ -121,8 +121,8 @@ pub fn fit_expression(
         .collect();
     let (report, outcome) = match fitter.fit(rig, start, observer) {
         Ok(report) => {
-            let why = format!("{:?}", report.stop).to_lowercase();
-            (report, Outcome::Converged(why))
+            let why = report.stop.map(|stop| format!("{stop:?}").to_lowercase());
+            (report, Outcome::Converged(why.unwrap_or_default()))
         }
         Err(FitError::NotConverged { source, best }) => {
             let why = match source.reason {
@@ -146,8 +146,8 @@ pub fn fit_expression(
     let ratios = rig.assembly().volume_ratios(&rig.solved().in_cranium_frame);
     Ok(ExpressionFit {
         name: target.name.clone(),
-        points: places.len(),
-        rms_before_mm: 1e3 * rms(&rest, &places),
+        points: weights.iter().filter(|w| **w > 0.0).count(),
+        rms_before_mm: 1e3 * rms(&rest, &places, &weights),
         rms_after_mm: last.map_or(f64::NAN, |i| i.rms_mm),
         largest_mm: last.map_or(f64::NAN, |i| i.largest_mm),
         iterations: last.map_or(0, |i| i.iteration),
@@ -197,9 +197,12 @@ fn observed(
     (CarriedPoints(points), places, weights)
 }
 
-/// Root-mean-square distance of paired points.
-fn rms(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let square =
-        |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
-    (a.iter().zip(b).map(square).sum::<f64>() / a.len().max(1) as f64).sqrt()
+/// Root-mean-square distance of paired points, those of weight 0 left out.
+fn rms(a: &[[f64; 3]], b: &[[f64; 3]], weights: &[f64]) -> f64 {
+    let (mut sum, mut counted) = (0.0, 0);
+    for ((a, b), _) in a.iter().zip(b).zip(weights).filter(|(_, w)| **w > 0.0) {
+        sum += (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+        counted += 1;
+    }
+    (sum / f64::from(counted.max(1))).sqrt()
 }

@@ -11,8 +11,8 @@ pub struct SceneFile {
     /// A title for reports.
     #[serde(default)]
     pub name: String,
-    /// Metres per unit of length in every file named here and in `hinge`; 1 by default, 0.001 for
-    /// millimeters.
+    /// Meters per unit of length in every file named here and in a hinge's `line`; 1 by default, 0.001
+    /// for millimeters. A hinge's file is in meters, as its key says.
     #[serde(default = "one")]
     pub scale: f64,
     /// Where the flesh comes from.
@@ -25,7 +25,7 @@ pub struct SceneFile {
     /// What all muscles share.
     #[serde(default, alias = "fibres")]
     pub fibers: Fibers,
-    /// Which volumes the flesh keeps; patches of elements by default.
+    /// Which volumes the flesh keeps; those of single elements by default.
     #[serde(default)]
     pub volume: Volume,
     /// Expressions to fit.
@@ -42,9 +42,9 @@ pub enum Volume {
     /// exceeds μ by resists the change of a patch's volume, (J̄ − 1)², and the elements have λ = μ at
     /// most. Linear tetrahedra do not lock then. A model that a pair of elastic constants does not
     /// determine keeps its elements' volumes.
-    #[default]
     Patches,
     /// Those of single elements, the model as it stands: near ν = 1/2 linear tetrahedra lock.
+    #[default]
     Elements,
 }
 
@@ -122,7 +122,7 @@ pub struct BonesSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum HingeSpec {
-    /// A JSON file with `hinge_point_m` and `hinge_axis`.
+    /// A JSON file with `hinge_point_m`, meters whatever the scene's `scale`, and `hinge_axis`.
     File(PathBuf),
     /// A line.
     Line {

@@ -7,7 +7,8 @@ use std::path::Path;
 /// Reads a whole JSON file as `T`.
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SceneError> {
     let text = std::fs::read_to_string(path).map_err(SceneError::io(path))?;
-    parse(path, &text)
+    // Editors on some systems put a byte-order mark first.
+    parse(path, text.trim_start_matches('\u{feff}'))
 }
 
 pub(super) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, SceneError> {

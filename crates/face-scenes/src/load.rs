@@ -212,12 +212,13 @@ struct HingeFile {
     hinge_axis: [f64; 3],
 }
 
+/// A line is in the scene's unit; the key of a file says meters.
 fn hinge(place: &Place, spec: &HingeSpec) -> Result<JawHinge, SceneError> {
     let (path, field, point, axis) = match spec {
         HingeSpec::Line { point, axis } => (
             place.path.to_path_buf(),
             "face.files.hinge.line",
-            *point,
+            point.map(|v| v * place.scale),
             *axis,
         ),
         HingeSpec::File(file) => {
@@ -226,7 +227,7 @@ fn hinge(place: &Place, spec: &HingeSpec) -> Result<JawHinge, SceneError> {
             (path, "hinge", read.hinge_point_m, read.hinge_axis)
         }
     };
-    JawHinge::new(point.map(|v| v * place.scale), axis).map_err(SceneError::hinge(&path, field))
+    JawHinge::new(point, axis).map_err(SceneError::hinge(&path, field))
 }
 
 fn material(place: &Place, field: &str, spec: &MaterialSpec) -> Result<NamedMaterial, SceneError> {

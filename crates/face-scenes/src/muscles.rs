@@ -84,6 +84,10 @@ fn from_table(
         });
         lines.push(row.line);
     }
+    if entries.is_empty() {
+        let reason = "the table has a header and no rows: no muscle would have a fiber";
+        return Err(SceneError::invalid(path, "line 2", reason));
+    }
     FiberField::new(entries, mesh.num_elements(), muscles).map_err(|error| {
         let line = format!("line {}", lines[error.entry()]);
         SceneError::invalid(path, line, error.to_string())

@@ -6,6 +6,8 @@ use fem_assembly::mesh::{DataArray, MeshFile, kuhn_grid};
 use std::fs;
 use std::path::Path;
 
+mod meaning_tests;
+
 /// A block of 2×3×2 boxes, 0.2 m tall: the back hangs on the cranium, the lower front on the jaw.
 struct Files {
     folder: tempfile::TempDir,
@@ -266,7 +268,10 @@ fn nan_coordinates_and_arrays_of_wrong_length() {
         &["NaN or infinite coordinate", "0"],
     );
     files.text("block.vtu", &ascii("0", "0 1 1"));
-    expect(&files.error("block.vtu"), &["\"bone\"", "length"]);
+    expect(
+        &files.error("block.vtu"),
+        &["\"bone\"", "3 numbers, the grid needs 4"],
+    );
 }
 
 #[test]
@@ -291,6 +296,9 @@ fn bad_fibers() {
         &files.error("fibers.csv: line 3"),
         &["muscle 0 appears twice in tet 3"],
     );
+    let files = Files::new();
+    files.text("fibers.csv", "tet,muscle,weight,fx,fy,fz\n");
+    expect(&files.error("fibers.csv: line 2"), &["no rows"]);
     let files = Files::new();
     files.edit("fibers.csv", "tet,muscle", "muscle,tet");
     expect(

@@ -99,8 +99,8 @@ pub struct FitReport {
     pub parameters: Parameters,
     /// The start and every accepted step.
     pub iterations: Vec<FitIteration>,
-    /// Why it stopped.
-    pub stop: GaussNewtonStop,
+    /// Which stop rule was met; none by a fit that failed.
+    pub stop: Option<GaussNewtonStop>,
     /// x(θ), meters.
     pub positions: Vec<[f64; 3]>,
 }
@@ -128,7 +128,7 @@ pub enum FitError {
         value: f64,
     },
     /// The target names no points.
-    #[error("the target is empty: no points to fit")]
+    #[error("the target is empty: no points to fit, or all of weight 0")]
     EmptyTarget,
     /// The parametrization leaves nothing to vary.
     #[error("nothing to fit: no muscle, jaw or head number may vary")]
@@ -212,14 +212,14 @@ impl Fitter<'_> {
             })
         };
         match outcome {
-            Ok(info) => report(info.stop).map_err(|e| FitError::Start(Box::new(e))),
+            Ok(info) => report(Some(info.stop)).map_err(|e| FitError::Start(Box::new(e))),
             Err(source) => match source.reason {
                 GaussNewtonFailure::Evaluation(error)
                     if source.iteration == 0 && report_is_missing(source.cost) =>
                 {
                     Err(FitError::Start(Box::new(error)))
                 }
-                _ => match report(GaussNewtonStop::Step) {
+                _ => match report(None) {
                     Ok(best) => Err(FitError::NotConverged {
                         source,
                         best: Box::new(best),
@@ -314,6 +314,9 @@ impl Fitter<'_> {
                 return Err(FitError::BadNumber { index, value });
             }
         }
+        if !self.weights.is_empty() && self.weights.iter().all(|w| *w == 0.0) {
+            return Err(FitError::EmptyTarget);
+        }
         let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| w.sqrt());
         Ok((0..dim).map(root).collect())
     }
@@ -369,14 +372,19 @@ impl LeastSquares for Problem<'_> {
         let dim = self.fitter.observation.dim();
         let (data, mut rest) = r.split_at_mut(dim);
         self.fitter.observation.value(&x, data);
-        let (mut sum, mut largest) = (0.0, 0.0_f64);
-        for (point, target) in data.chunks_mut(3).zip(self.fitter.target.chunks(3)) {
+        let (mut sum, mut largest, mut counted) = (0.0, 0.0_f64, 0);
+        let points = data.chunks_mut(3).zip(self.fitter.target.chunks(3));
+        for ((point, target), roots) in points.zip(self.roots.chunks(3)) {
             point.iter_mut().zip(target).for_each(|(g, t)| *g -= t);
-            let square: f64 = point.iter().map(|d| d * d).sum();
-            sum += square;
-            largest = largest.max(square.sqrt());
+            // A point without weight is not fitted, so its distance says nothing of the fit.
+            if roots[0] > 0.0 {
+                let square: f64 = point.iter().map(|d| d * d).sum();
+                sum += square;
+                largest = largest.max(square.sqrt());
+                counted += 1;
+            }
         }
-        self.seen.set(((sum * 3.0 / dim as f64).sqrt(), largest));
+        self.seen.set(((sum / f64::from(counted)).sqrt(), largest));
         data.iter_mut()
             .zip(&self.roots)
             .for_each(|(d, root)| *d *= root);

@@ -120,15 +120,24 @@ fn run<P: LeastSquares + ?Sized>(
             return Ok(GaussNewtonStop::Gradient);
         }
         let before = (fit.info.cost, fit.info.residual);
-        let Some((step, lambda)) = fit.step(&model, &mut damper)? else {
+        let Some(taken) = fit.step(&model, &mut damper)? else {
             return Ok(GaussNewtonStop::Step);
         };
         fit.info.iterations += 1;
-        fit.report(observer, step, lambda);
-        if let Some(stop) = fit.met(before, step) {
+        fit.report(observer, taken.length, taken.lambda);
+        if let Some(stop) = fit.met(before, &taken) {
             return Ok(stop);
         }
     }
+}
+
+/// An accepted step.
+struct Taken {
+    length: f64,
+    /// Its damping.
+    lambda: f64,
+    /// Could longer ones not be evaluated?
+    cut_short: bool,
 }
 
 /// Where a fit stands.
@@ -211,14 +220,18 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
             .fold(0.0_f64, |largest, k| largest.max(gradient[k].abs()))
     }
 
-    /// Until a step is accepted: undamped the first one, damped the first that lowers the cost. Its
-    /// length and damping; `None` when steps have become too small to gain anything.
+    /// Until a step is accepted: undamped the first one, damped the first that lowers the cost;
+    /// `None` when steps have become too small to gain anything.
+    ///
+    /// A step that is small only because the longer ones could not be evaluated is no end but their
+    /// failure.
     fn step(
         &mut self,
         model: &Model<'_>,
         damper: &mut Damper,
-    ) -> Result<Option<(f64, f64)>, GaussNewtonFailure<P::Error>> {
+    ) -> Result<Option<Taken>, GaussNewtonFailure<P::Error>> {
         let (params, before) = (self.params, self.info.cost);
+        let mut failed = None;
         for rejections in 0.. {
             let damping = damper.vector(model);
             let bounds = params.bounds.as_ref();
@@ -238,25 +251,40 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
             if damping.is_none() {
                 outcome?;
                 self.accept(&trial);
-                return Ok(Some((step, 0.0)));
+                return Ok(Some(Taken {
+                    length: step,
+                    lambda: 0.0,
+                    cut_short: false,
+                }));
             }
             let predicted = model.decrease(&d);
             let gained = before - self.trial_cost(&trial, outcome.is_ok());
+            // A step this small can gain nothing that rounding would show.
+            let small =
+                step <= params.step_tolerance || predicted.abs() <= 4.0 * f64::EPSILON * before;
+            if small && let Some(failure) = failed.take() {
+                return Err(failure);
+            }
             if gained > 0.0 || (gained == 0.0 && step <= params.step_tolerance) {
                 let lambda = damper.lambda;
                 damper.accept(gained / predicted);
                 self.accept(&trial);
-                return Ok(Some((step, lambda)));
+                return Ok(Some(Taken {
+                    length: step,
+                    lambda,
+                    cut_short: damper.cuts_short(lambda),
+                }));
             }
-            // A step this small can gain nothing that rounding would show.
-            let small =
-                step <= params.step_tolerance || predicted.abs() <= 4.0 * f64::EPSILON * before;
             if outcome.is_ok() && small {
                 return Ok(None);
             }
             if rejections == MAX_REJECTIONS {
                 outcome?;
                 break;
+            }
+            if let Err(failure) = outcome {
+                damper.failed_at = Some(damper.lambda);
+                failed = Some(failure);
             }
             damper.reject();
         }
@@ -289,12 +317,15 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
         self.measure();
     }
 
-    /// The test that the last step met; `before` are cost and residual before it.
-    fn met(&self, (cost, residual): (f64, f64), step: f64) -> Option<GaussNewtonStop> {
+    /// The test that the last step met, given cost and residual before it. A step that was cut short
+    /// may gain little anywhere.
+    fn met(&self, (cost, residual): (f64, f64), taken: &Taken) -> Option<GaussNewtonStop> {
         let (info, params) = (&*self.info, self.params);
         if info.residual <= params.residual_tolerance {
             Some(GaussNewtonStop::Residual)
-        } else if step <= params.step_tolerance {
+        } else if taken.cut_short {
+            None
+        } else if taken.length <= params.step_tolerance {
             Some(GaussNewtonStop::Step)
         } else if (cost - info.cost).abs() <= params.cost_tolerance * cost {
             Some(GaussNewtonStop::Cost)
@@ -457,6 +488,8 @@ struct Damper {
     lambda: f64,
     growth: f64,
     started: bool,
+    /// The damping of the last step that could not be evaluated.
+    failed_at: Option<f64>,
 }
 
 impl Damper {
@@ -466,7 +499,13 @@ impl Damper {
             lambda: 0.0,
             growth: 2.0,
             started: false,
+            failed_at: None,
         }
+    }
+
+    /// Is a step of this damping short because less damped ones could not be evaluated?
+    fn cuts_short(&self, lambda: f64) -> bool {
+        self.failed_at.is_some_and(|failed| lambda > failed)
     }
 
     /// What is added to the diagonal of the Gauss-Newton matrix.

@@ -8,4 +8,5 @@ mod newton;
 mod pcg;
 mod rosenbrock;
 mod strangers;
+mod walled;
 mod wrong_hessians;
