@@ -19,6 +19,9 @@ pub struct CheckReport {
     pub tets_all_prescribed: usize,
     /// Tets that touch the cranium and the jaw: they tear or fold when the jaw moves far.
     pub tets_touching_both_bones: usize,
+    /// Those of them without a free node: cranium and jaw alone move them, and no flesh can give way
+    /// when they turn inside out.
+    pub tets_moved_by_both_bones: Vec<u32>,
     /// The regions and how many tets each has.
     pub regions: Vec<(Region, usize)>,
     /// The muscles.
@@ -87,11 +90,15 @@ pub struct MuscleReport {
 pub fn check(scene: &Scene) -> CheckReport {
     let mesh = mesh_report(scene);
     let of_node = scene.bones.of_node();
-    let (mut all_prescribed, mut both) = (0, 0);
-    for tet in scene.mesh.tets() {
-        let on = |bone| tet.iter().filter(|&&n| of_node[n as usize] == bone).count();
-        all_prescribed += usize::from(on(Bone::Free) == 0);
-        both += usize::from(on(Bone::Cranium) > 0 && on(Bone::Jaw) > 0);
+    let (mut all_prescribed, mut both, mut moved_by_both) = (0, 0, Vec::new());
+    for (t, tet) in (0..).zip(scene.mesh.tets()) {
+        let on = |bone| tet.iter().any(|&n| of_node[n as usize] == bone);
+        let (free, touches_both) = (on(Bone::Free), on(Bone::Cranium) && on(Bone::Jaw));
+        all_prescribed += usize::from(!free);
+        both += usize::from(touches_both);
+        if touches_both && !free {
+            moved_by_both.push(t);
+        }
     }
     let (muscles, muscle_tets, most, crowded) = muscle_report(scene);
     let tets_of = |r: usize| {
@@ -112,6 +119,7 @@ pub fn check(scene: &Scene) -> CheckReport {
         ],
         tets_all_prescribed: all_prescribed,
         tets_touching_both_bones: both,
+        tets_moved_by_both_bones: moved_by_both,
         regions: scene
             .regions
             .iter()
@@ -237,6 +245,18 @@ fn warnings(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<String> 
         both > 0,
         format!(
             "{both} tets touch the cranium and the jaw; they limit how far the jaw opens, refine there"
+        ),
+    );
+    let between = &report.tets_moved_by_both_bones;
+    let (count, named) = (between.len(), &between[..between.len().min(8)]);
+    let more = if count > named.len() { ", …" } else { "" };
+    let list: Vec<String> = named.iter().map(u32::to_string).collect();
+    warn(
+        count > 0,
+        format!(
+            "{count} tets hang on cranium and jaw with all their nodes ({}{more}): they are moved by \
+             the bones alone and turn inside out when the jaw moves far; refine or remove them",
+            list.join(", ")
         ),
     );
     for muscle in report.muscles.iter().filter(|m| m.tets == 0) {

@@ -2,8 +2,8 @@
 
 use super::{Scene, Target};
 use face_rig::Stopwatch;
-use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Fitter, Parametrization};
-use face_rig::rig::{AffineMap, CarriedPoints, Rig};
+use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization};
+use face_rig::rig::{AffineMap, Rig};
 use fem_solvers::GaussNewtonFailure;
 
 /// Which points of a target are fitted.
@@ -106,19 +106,8 @@ pub fn fit_expression(
     observer: &mut dyn FnMut(&FitIteration),
 ) -> Result<ExpressionFit, FitError> {
     let begin = Stopwatch::start();
-    let (points, places, weights) = observed(scene, target, seen);
-    let fitter = Fitter {
-        observation: &points,
-        target: places.as_flattened(),
-        weights: &weights,
-        parametrization: map,
-        params,
-    };
-    let rest: Vec<[f64; 3]> = points
-        .0
-        .iter()
-        .map(|p| p.position(scene.mesh.nodes()))
-        .collect();
+    let goals = goals(scene, target, seen);
+    let fitter = goals.fitter(map, params);
     let (report, outcome) = match fitter.fit(rig, start, observer) {
         Ok(report) => {
             let why = report.stop.map(|stop| format!("{stop:?}").to_lowercase());
@@ -146,8 +135,8 @@ pub fn fit_expression(
     let ratios = rig.assembly().volume_ratios(&rig.solved().in_cranium_frame);
     Ok(ExpressionFit {
         name: target.name.clone(),
-        points: weights.iter().filter(|w| **w > 0.0).count(),
-        rms_before_mm: 1e3 * rms(&rest, &places, &weights),
+        points: goals.counted(),
+        rms_before_mm: 1e3 * goals.rms(scene.mesh.nodes()),
         rms_after_mm: last.map_or(f64::NAN, |i| i.rms_mm),
         largest_mm: last.map_or(f64::NAN, |i| i.largest_mm),
         iterations: last.map_or(0, |i| i.iteration),
@@ -166,43 +155,25 @@ pub fn fit_expression(
     })
 }
 
-/// Points, where they should be, and how much each counts.
-fn observed(
-    scene: &Scene,
-    target: &Target,
-    seen: Observed,
-) -> (CarriedPoints, Vec<[f64; 3]>, Vec<f64>) {
-    let (mut points, mut places, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-    if seen != Observed::Dense {
-        points.extend(
-            scene
-                .carried_landmarks(target.landmarks.iter().map(|l| l.0))
-                .0,
-        );
-        places.extend(target.landmarks.iter().map(|l| l.1));
-        let share = match seen {
-            Observed::Both { landmark_weight } => landmark_weight,
-            _ => 1.0,
-        };
-        let own = |k: usize| target.weights.get(k).copied().unwrap_or(1.0);
-        weights.extend((0..target.landmarks.len()).map(|k| share * own(k)));
-    }
-    if seen != Observed::Landmarks
-        && let (Some(dense), Some(skin)) = (&target.dense, &scene.skin)
-    {
-        points.extend(skin.points.iter().map(|p| scene.carried(p)));
-        places.extend(dense);
-    }
-    weights.resize(places.len(), 1.0);
-    (CarriedPoints(points), places, weights)
-}
-
-/// Root-mean-square distance of paired points, those of weight 0 left out.
-fn rms(a: &[[f64; 3]], b: &[[f64; 3]], weights: &[f64]) -> f64 {
-    let (mut sum, mut counted) = (0.0, 0);
-    for ((a, b), _) in a.iter().zip(b).zip(weights).filter(|(_, w)| **w > 0.0) {
-        sum += (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
-        counted += 1;
-    }
-    (sum / f64::from(counted.max(1))).sqrt()
+/// What a fit of a target is to reach.
+fn goals(scene: &Scene, target: &Target, seen: Observed) -> Goals {
+    let share = match seen {
+        Observed::Both { landmark_weight } => landmark_weight,
+        _ => 1.0,
+    };
+    let landmarks = target.landmarks.iter().map(|goal| Goal {
+        weight: share * goal.weight,
+        ..*goal
+    });
+    let landmarks = landmarks.filter(|_| seen != Observed::Dense);
+    let dense = scene.skin.as_ref().zip(target.dense.as_ref());
+    let dense = dense.filter(|_| seen != Observed::Landmarks);
+    let dense = dense.into_iter().flat_map(|(skin, places)| {
+        skin.points.iter().zip(places).map(|(point, place)| Goal {
+            point: scene.carried(point),
+            position: *place,
+            weight: 1.0,
+        })
+    });
+    landmarks.chain(dense).collect()
 }

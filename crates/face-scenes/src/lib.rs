@@ -57,7 +57,8 @@
 //!
 //! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
 //! * `inverted`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
-//! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` and `hinge_axis`.
+//! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` (meters, whatever
+//!   `scale` says) and `hinge_axis`.
 //! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
 //!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
 //!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
@@ -67,7 +68,9 @@
 //!   determine takes `young` and `poisson`, `lambda` and `mu`, or `bulk` and `shear` for them;
 //!   lists of numbers are `[…]` or text.
 //! * `fibers.curve`: `"physbam"`, `"blemker"` or `{ "table": { "active": [[l, f], …], "passive": … } }`;
-//!   `stretch`: `"plain"` or `"deviatoric"`.
+//!   `stretch`: `"total"` or `"isochoric"`.
+//! * `volume`: `"elements"` (default) or `"patches"`, for flesh near ν = 1/2 that must not lock
+//!   ([`Volume`]).
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
 //! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
@@ -103,6 +106,7 @@ pub use pose::{SettingError, parse_activations, parse_angle};
 pub use rig::RigSceneError;
 
 use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
+use face_rig::fit::Goal;
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -218,10 +222,8 @@ pub struct Target {
     pub name: String,
     /// What it shows.
     pub kind: TargetKind,
-    /// Goals, meters: (place in [`Scene::landmarks`], position), ascending.
-    pub landmarks: Vec<(usize, [f64; 3])>,
-    /// How much each of them counts, 0 or more; empty for 1 everywhere.
-    pub weights: Vec<f64>,
+    /// Goals of landmarks, in the order of [`Scene::landmarks`].
+    pub landmarks: Vec<Goal>,
     /// Goals of the vertices of [`Scene::skin`], meters, one each.
     pub dense: Option<Vec<[f64; 3]>>,
     /// The rigid jaw motion behind it where known: to compare with, not to fit with.

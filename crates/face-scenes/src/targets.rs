@@ -5,6 +5,8 @@ use super::load::Place;
 use super::table::Table;
 use super::{Landmark, SceneError, Skin, Target, TargetKind, json};
 use face_rig::anatomy::{AffineMap, EmbeddedPoint, TetLocator};
+use face_rig::fit::Goal;
+use face_rig::rig::CarriedPoint;
 use fem_assembly::mesh::{MeshFile, Repairs, SimplexMesh};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -262,7 +264,6 @@ fn sparse(
             return Err(SceneError::invalid(&path, format!("line {line}"), reason));
         }
         let mut goals = Vec::with_capacity(rows.len());
-        let mut weights = Vec::with_capacity(rows.len());
         for row in &rows {
             let error = |reason: String| {
                 let line = format!("line {}", row.line);
@@ -293,11 +294,19 @@ fn sparse(
             if !(row.weight >= 0.0) {
                 return error(format!("weight {} is not 0 or more", row.weight));
             }
-            goals.push((k, row.position));
-            weights.push((k, row.weight));
+            let point = CarriedPoint {
+                nodes: mesh.tet(own.tet as usize),
+                weights: own.weights,
+            };
+            let (position, weight) = (row.position, row.weight);
+            let goal = Goal {
+                point,
+                position,
+                weight,
+            };
+            goals.push((k, goal));
         }
         goals.sort_by_key(|&(k, _)| k);
-        weights.sort_by_key(|&(k, _)| k);
         if !rows.iter().any(|row| row.weight > 0.0) {
             let reason = format!("all weights of target \"{name}\" are 0");
             return Err(SceneError::invalid(&path, "table", reason));
@@ -313,8 +322,7 @@ fn sparse(
             } else {
                 TargetKind::Expression
             },
-            landmarks: goals,
-            weights: weights.into_iter().map(|(_, weight)| weight).collect(),
+            landmarks: goals.into_iter().map(|(_, goal)| goal).collect(),
             dense: None,
             jaw_truth: None,
         });

@@ -112,7 +112,9 @@ fn a_sound_scene_is_understood() {
     let indices: Vec<u32> = scene.landmarks.iter().map(|l| l.index).collect();
     assert_eq!(indices, [0, 1]);
     let smile = scene.target("smile").expect("there");
-    assert_eq!(smile.landmarks[1], (1, [0.02; 3]));
+    assert_eq!(smile.landmarks[1].position, [0.02; 3]);
+    let point = scene.carried(&scene.landmarks[1].point);
+    assert_eq!(smile.landmarks[1].point, point);
     assert_eq!(scene.targets[1].kind, TargetKind::Identity);
     let text = scene.target("smyle").expect_err("absent").to_string();
     expect(&text, &["did you mean \"smile\"?"]);
@@ -139,7 +141,7 @@ fn scale_applies_to_every_length() {
     assert_eq!(scene.name, "scene");
     assert_eq!(scene.mesh.node(1)[0], 0.4);
     assert_eq!(scene.hinge.point(), [0.0, 0.8, 0.0]);
-    assert_eq!(scene.targets[0].landmarks[1].1, [0.16; 3]);
+    assert_eq!(scene.targets[0].landmarks[1].position, [0.16; 3]);
     expect(
         &check(&scene).warnings.join("\n"),
         &["this face is 1.600 m tall"],
@@ -534,7 +536,9 @@ fn a_scene_may_name_the_built_in_face() {
     );
     let scene = files.load().expect("sound");
     assert_eq!(scene.landmarks.len(), 68);
-    assert_eq!(scene.targets[0].landmarks, [(48, [0.01, 0.02, 0.03])]);
+    let goal = scene.targets[0].landmarks[0];
+    assert_eq!(goal.position, [0.01, 0.02, 0.03]);
+    assert_eq!(goal.point, scene.carried(&scene.landmarks[48].point));
     expect(
         &check(&scene).warnings.join("\n"),
         &["target smile has 1 of 68 landmarks"],

@@ -7,7 +7,7 @@ use super::fit::table;
 use super::output::{Output, say};
 use super::progress::bar;
 use super::source::builtin;
-use face_rig::fit::{CraniumModel, FitIteration, FitParams, Parametrization};
+use face_rig::fit::{CraniumModel, FitIteration, FitParams, Goal, Parametrization};
 use face_rig::rig::{AffineMap, RigParams};
 use face_scenes::builtin::BuiltinFace;
 use face_scenes::{ExpressionFit, Observed, Target, TargetKind, fit_expression, parse_activations};
@@ -91,10 +91,12 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
             landmarks: landmarks
                 .0
                 .iter()
-                .map(|p| p.position(&posed))
-                .enumerate()
+                .map(|&point| Goal {
+                    point,
+                    position: point.position(&posed),
+                    weight: 1.0,
+                })
                 .collect(),
-            weights: Vec::new(),
             dense: None,
             jaw_truth: None,
         };

@@ -200,13 +200,10 @@ fn draw(
             .dense
             .clone()
             .map(|points| Shape::of_skin(source, points));
-        let points = scene.carried_landmarks(target.landmarks.iter().map(|l| l.0));
-        let seen: Vec<[f64; 3]> = points
-            .0
-            .iter()
-            .map(|p| p.position(&fit.positions))
-            .collect();
-        let wanted: Vec<[f64; 3]> = target.landmarks.iter().map(|l| l.1).collect();
+        let goals = target.landmarks.iter();
+        let (seen, wanted): (Vec<_>, Vec<_>) = goals
+            .map(|goal| (goal.point.position(&fit.positions), goal.position))
+            .unzip();
         let row = Fitted {
             heading: line(fit),
             fitted: &fitted,

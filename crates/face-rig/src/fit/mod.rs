@@ -1,8 +1,10 @@
 //! From what is seen to θ: the fit of activations, jaw and head pose by Gauss-Newton.
 
+mod goal;
 mod parametrization;
 mod problem;
 mod rotation;
 
+pub use goal::{Goal, Goals};
 pub use parametrization::{CraniumModel, JawModel, Parametrization};
 pub use problem::{FitError, FitIteration, FitParams, FitReport, Fitter, Orthogonality};

@@ -66,3 +66,18 @@ fn a_landmark_without_weight_counts_nowhere() {
         assert!((alone - both).abs() < 1e-6, "{alone} against {both}");
     }
 }
+
+#[test]
+fn tets_that_only_bones_move_are_named() {
+    let mut scene = Files::new().load().expect("a sound scene");
+    assert_eq!(check(&scene).tets_moved_by_both_bones, [0_u32; 0]);
+    let mut bones = vec![Bone::Free; scene.mesh.num_nodes()];
+    for (k, n) in scene.mesh.tet(40).into_iter().enumerate() {
+        bones[n as usize] = if k < 2 { Bone::Cranium } else { Bone::Jaw };
+    }
+    scene.bones = face_rig::anatomy::Bones::new(bones);
+    let report = check(&scene);
+    assert_eq!(report.tets_moved_by_both_bones, [40]);
+    let named = "1 tets hang on cranium and jaw with all their nodes (40)";
+    expect(&report.warnings.join("\n"), &[named]);
+}

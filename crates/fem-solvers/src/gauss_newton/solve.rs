@@ -267,15 +267,19 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
             }
             if gained > 0.0 || (gained == 0.0 && step <= params.step_tolerance) {
                 let lambda = damper.lambda;
+                let cut_short = damper.cuts_short(lambda);
                 damper.accept(gained / predicted);
                 self.accept(&trial);
                 return Ok(Some(Taken {
                     length: step,
                     lambda,
-                    cut_short: damper.cuts_short(lambda),
+                    cut_short,
                 }));
             }
             if outcome.is_ok() && small {
+                if damper.cuts_short(damper.lambda) {
+                    break;
+                }
                 return Ok(None);
             }
             if rejections == MAX_REJECTIONS {
@@ -536,6 +540,9 @@ impl Damper {
     }
 
     fn accept(&mut self, ratio: f64) {
+        if !self.cuts_short(self.lambda) {
+            self.failed_at = None;
+        }
         let factor = 1.0 - (2.0 * ratio - 1.0).powi(3);
         self.lambda = (self.lambda * factor.clamp(1.0 / 3.0, 2.0)).max(1e-15);
         self.growth = 2.0;

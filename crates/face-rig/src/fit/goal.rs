@@ -1,0 +1,69 @@
+//! Where points of the flesh should be.
+
+use super::{FitParams, Fitter, Parametrization};
+use crate::rig::{CarriedPoint, CarriedPoints};
+
+/// A point of the flesh, where it should be, and how much that counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// The point.
+    pub point: CarriedPoint,
+    /// Where it should be, meters.
+    pub position: [f64; 3],
+    /// How much its squared distance counts, 0 or more; at 0 it counts nowhere.
+    pub weight: f64,
+}
+
+/// Goals as a fit reads them: g, g* and the weights.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Goals {
+    points: CarriedPoints,
+    positions: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl FromIterator<Goal> for Goals {
+    fn from_iter<I: IntoIterator<Item = Goal>>(goals: I) -> Self {
+        let mut all = Self::default();
+        for goal in goals {
+            all.points.0.push(goal.point);
+            all.positions.extend(goal.position);
+            all.weights.push(goal.weight);
+        }
+        all
+    }
+}
+
+impl Goals {
+    /// A fit to these goals.
+    pub fn fitter<'a>(
+        &'a self,
+        parametrization: &'a Parametrization,
+        params: &'a FitParams,
+    ) -> Fitter<'a> {
+        Fitter {
+            observation: &self.points,
+            target: &self.positions,
+            weights: &self.weights,
+            parametrization,
+            params,
+        }
+    }
+
+    /// How many count.
+    pub fn counted(&self) -> usize {
+        self.weights.iter().filter(|w| **w > 0.0).count()
+    }
+
+    /// Root-mean-square distance of the points that count when the nodes are at `x`, meters.
+    pub fn rms(&self, x: &[[f64; 3]]) -> f64 {
+        let positions = self.positions.as_chunks::<3>().0;
+        let all = self.points.0.iter().zip(positions).zip(&self.weights);
+        let squares = all.filter(|(_, weight)| **weight > 0.0);
+        let squares = squares.map(|((point, goal), _)| {
+            let at = point.position(x);
+            (0..3).map(|i| (at[i] - goal[i]).powi(2)).sum::<f64>()
+        });
+        (squares.sum::<f64>() / self.counted().max(1) as f64).sqrt()
+    }
+}
