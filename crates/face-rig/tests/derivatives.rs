@@ -2,7 +2,9 @@
 //! known pose, on a block of flesh between a fixed plate (cranium) and a moving one (jaw).
 
 use face_rig::anatomy::JawHinge;
-use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Orthogonality, Parametrization};
+use face_rig::fit::{
+    CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
+};
 use face_rig::rig::{
     AffineMap, AllNodes, CarriedPoint, CarriedPoints, Direction, JacobianRoute, Observation,
     Parameters, Rig, RigParams,
@@ -227,6 +229,20 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
             params: &params,
         };
         rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+        let mut beyond = map.rest();
+        beyond[1] = 1.5;
+        let refused = fitter.fit(&mut rig, &beyond, &mut |_| {}).unwrap_err();
+        assert!(
+            matches!(
+                refused,
+                FitError::StartOutOfBounds {
+                    index: 1,
+                    upper: 1.0,
+                    ..
+                }
+            ),
+            "{refused}"
+        );
         let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
         for (found, truth) in report.q.iter().zip(truth) {
             assert!(

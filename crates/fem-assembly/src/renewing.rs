@@ -35,13 +35,29 @@ pub struct RenewedSolution<const D: usize> {
 
 /// Why there is no equilibrium.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
-pub enum RenewingError {
+#[non_exhaustive]
+pub enum RenewingError<const D: usize> {
     /// Lists or stencils that make no sense.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
     /// Newton's method failed.
-    #[error(transparent)]
-    Newton(#[from] NewtonError),
+    #[error("{source}")]
+    Newton {
+        /// Why.
+        source: NewtonError,
+        /// Where the best step led, meters.
+        last: Vec<[f64; D]>,
+    },
+    /// Each equilibrium calls for other stencils than it was found with.
+    #[error(
+        "the stencils were still changing after {rounds} equilibria: a wider margin of what is near, or a softer contact, lets them settle"
+    )]
+    Unsettled {
+        /// Equilibria found.
+        rounds: usize,
+        /// The last of them; some energy is missing there.
+        last: Box<RenewedSolution<D>>,
+    },
 }
 
 /// A problem that does not leave what its stencils cover.
@@ -59,14 +75,15 @@ struct Covered<'a, const D: usize> {
 /// terms that change their stencils this is `newton.solve` of a [`Quasistatic`] problem.
 ///
 /// # Errors
-/// As [`Quasistatic::new`], [`Assembly::renew`] and [`Newton::solve`].
+/// As [`Quasistatic::new`], [`Assembly::renew`] and [`Newton::solve`], with the last state;
+/// [`RenewingError::Unsettled`] where the stencils do not come to rest.
 pub fn solve_renewing<const D: usize>(
     assembly: &mut Assembly<D>,
     newton: &mut Newton<D>,
     start: Vec<[f64; D]>,
     controls: &[f64],
     params: &NewtonParams,
-) -> Result<RenewedSolution<D>, RenewingError> {
+) -> Result<RenewedSolution<D>, RenewingError<D>> {
     let mut done = RenewedSolution {
         positions: start,
         info: None,
@@ -82,8 +99,12 @@ pub fn solve_renewing<const D: usize>(
         let converged = part(assembly, newton, controls, &mut params, &mut done)?;
         let changed = renew(assembly, newton, controls, &mut done)?;
         rounds += usize::from(converged);
-        if converged && (!changed || rounds >= MOST_ROUNDS) {
+        if converged && !changed {
             return Ok(done);
+        }
+        if rounds >= MOST_ROUNDS {
+            let last = Box::new(done);
+            return Err(RenewingError::Unsettled { rounds, last });
         }
     }
 }
@@ -93,7 +114,7 @@ fn renew<const D: usize>(
     newton: &mut Newton<D>,
     controls: &[f64],
     done: &mut RenewedSolution<D>,
-) -> Result<bool, RenewingError> {
+) -> Result<bool, RenewingError<D>> {
     // A borrow of the configuration must not hold the assembly.
     let positions = std::mem::take(&mut done.positions);
     let at = assembly.configuration(&positions, controls)?;
@@ -116,7 +137,7 @@ fn part<const D: usize>(
     controls: &[f64],
     params: &mut NewtonParams,
     done: &mut RenewedSolution<D>,
-) -> Result<bool, RenewingError> {
+) -> Result<bool, RenewingError<D>> {
     let problem = Quasistatic::new(assembly, done.positions.clone(), controls.to_vec())?;
     let start = problem.unknowns();
     let mut x = start.clone();
@@ -149,7 +170,10 @@ fn part<const D: usize>(
                 return Ok(false);
             }
             let iteration = done.iterations;
-            Err(NewtonError { iteration, ..error }.into())
+            Err(RenewingError::Newton {
+                source: NewtonError { iteration, ..error },
+                last: std::mem::take(&mut done.positions),
+            })
         }
     }
 }

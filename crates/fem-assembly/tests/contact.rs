@@ -2,14 +2,16 @@
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    Assembly, AssemblyBuilder, Dofs, FleshContact, FleshContactParams, Quasistatic, Term,
-    solve_renewing,
+    Assembly, AssemblyBuilder, Configuration, Dofs, EnergySink, FleshContact, FleshContactParams,
+    GradientSink, HessianSink, Quasistatic, RenewingError, Stencils, Term, solve_renewing,
 };
 use fem_kinematics::HessianProjection;
 use fem_materials::NeoHookean;
 use fem_solvers::{
     BlockSymmetric, LinearOperator, LinearSolver, Newton, NewtonParams, ProjectionPolicy,
 };
+
+use std::ops::Range;
 
 type Point = [f64; 3];
 const PARAMS: FleshContactParams = FleshContactParams {
@@ -205,4 +207,93 @@ fn nothing_is_felt_and_no_pattern_changes_where_nothing_is_near() {
     let mesh = blocks(0.01);
     let near = assembly(&mesh, 0.01);
     assert!(force(&near, mesh.nodes()).iter().all(|g| g.abs() < 1e-9));
+}
+
+/// Springs whose stencils change whenever they are asked: no equilibrium is that of its stencils.
+struct Fickle {
+    pair: [usize; 2],
+    turns: usize,
+}
+
+impl Fickle {
+    fn apart(&self, x: &[Point]) -> Point {
+        let [a, b] = self.pair.map(|n| x[n]);
+        std::array::from_fn(|i| a[i] - b[i])
+    }
+}
+
+impl Term<3> for Fickle {
+    fn stencils(&self) -> Stencils {
+        Stencils::new([self.pair])
+    }
+    fn renew(&mut self, _: Configuration<3>) -> bool {
+        self.pair.swap(0, 1);
+        self.turns > 0 && {
+            self.turns -= 1;
+            true
+        }
+    }
+    fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
+        for s in stencils {
+            let d = self.apart(at.positions());
+            sink.energy(s, 0.5 * d.iter().map(|c| c * c).sum::<f64>());
+        }
+    }
+    fn gradient(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut GradientSink<3>) {
+        for s in stencils {
+            let d = self.apart(at.positions());
+            sink.energy(s, 0.5 * d.iter().map(|c| c * c).sum::<f64>());
+            sink.add(s, 0, d);
+            sink.add(s, 1, d.map(|c| -c));
+        }
+    }
+    fn hessian(
+        &self,
+        _: Configuration<3>,
+        _: HessianProjection,
+        stencils: Range<usize>,
+        sink: &mut HessianSink<3>,
+    ) {
+        let of =
+            |k: f64| std::array::from_fn(|i| std::array::from_fn(|j| if i == j { k } else { 0.0 }));
+        for s in stencils {
+            sink.add(s, 0, 0, of(1.0));
+            sink.add(s, 1, 1, of(1.0));
+            sink.add(s, 0, 1, of(-1.0));
+        }
+    }
+}
+
+#[test]
+fn stencils_that_never_settle_are_no_equilibrium() {
+    let solve = |turns: usize| {
+        let mesh = kuhn_grid(1, 1, 1, [1.0; 3]).unwrap();
+        let low: Vec<usize> = (0..8).filter(|&n| mesh.nodes()[n][2] == 0.0).collect();
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &low).unwrap();
+        let flesh = NeoHookean {
+            mu: 1e4,
+            lambda: 4e4,
+        };
+        let pair = [low[0], (0..8).find(|n| !low.contains(n)).unwrap()];
+        let builder = AssemblyBuilder::new(&mesh, dofs)
+            .unwrap()
+            .material(flesh)
+            .unwrap();
+        let mut body = builder
+            .term(Fickle { pair, turns })
+            .unwrap()
+            .build()
+            .unwrap();
+        let problem = Quasistatic::new(&body, mesh.nodes().to_vec(), vec![]).unwrap();
+        let mut newton = Newton::new(&problem);
+        let params = NewtonParams::default();
+        solve_renewing(&mut body, &mut newton, mesh.nodes().to_vec(), &[], &params)
+    };
+    assert!(solve(3).is_ok());
+    match solve(1000) {
+        Err(RenewingError::Unsettled { rounds, last }) => {
+            assert!(rounds > 1 && last.positions.len() == 8);
+        }
+        other => panic!("{other:?}"),
+    }
 }

@@ -1,59 +1,16 @@
 //! Flesh that keeps its volume: the block of SPP 1748 on a coarse mesh, and what patches must do with
 //! volumes exactly.
-#![allow(non_snake_case)]
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, NodalLoads, Quasistatic, VolumePatches};
-use fem_kinematics::{Mat, Real};
-use fem_materials::Material;
 use fem_solvers::{Newton, NewtonParams};
 
-const MU: f64 = 1.61148;
-const LAMBDA: f64 = 499.92568;
-const SIZE: f64 = 50.0;
-
-/// µ/2 (I₁ − 3 − 2 ln J) + λ/2 (J − 1)².
-#[derive(Clone, Copy)]
-struct Block {
-    lambda: f64,
-}
-
-impl Material<3> for Block {
-    fn energy<T: Real>(&self, F: &Mat<T, 3>) -> T {
-        let J = F.determinant();
-        let shear = F.norm_squared() - T::from_f64(3.0) - T::from_f64(2.0) * J.ln();
-        let dilation = J - T::one();
-        let energy =
-            T::from_f64(0.5 * MU) * shear + T::from_f64(0.5 * self.lambda) * dilation * dilation;
-        T::select(T::zero().lt(J), energy, T::from_f64(f64::INFINITY))
-    }
-    fn stress<T: Real>(&self, F: &Mat<T, 3>) -> Mat<T, 3> {
-        let J = F.determinant();
-        let pressure = T::from_f64(self.lambda) * (J - T::one()) - T::from_f64(MU) * J.recip();
-        F.scale(T::from_f64(MU)) + F.cofactor().scale(pressure)
-    }
-    fn stress_differential<T: Real>(&self, F: &Mat<T, 3>, dF: &Mat<T, 3>) -> Mat<T, 3> {
-        let (mu, lambda) = (T::from_f64(MU), T::from_f64(self.lambda));
-        let (J, cof) = (F.determinant(), F.cofactor());
-        let pressure = lambda * (J - T::one()) - mu * J.recip();
-        let slope = (lambda + mu * (J * J).recip()) * cof.dot(dF);
-        dF.scale(mu) + cof.scale(slope) + F.cofactor_differential(dF).scale(pressure)
-    }
-}
+mod spp_block;
+use spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
 
 /// The quarter of the block, with the dead pressure of 3 MPa on [25, 50]² of its top.
 fn block(mesh: &SimplexMesh<3>, cells: usize) -> AssemblyBuilder<3> {
-    let mut axes = Vec::new();
-    for (n, &[x, y, z]) in mesh.nodes().iter().enumerate() {
-        let top = z == SIZE;
-        let prescribed = [x == SIZE || top, y == SIZE || top, z == 0.0];
-        axes.extend(
-            (0..3)
-                .filter(|&axis| prescribed[axis])
-                .map(|axis| (n, axis)),
-        );
-    }
-    let force = 3.0 * (SIZE / cells as f64).powi(2) / 6.0;
+    let force = PRESSURE * (SIZE / cells as f64).powi(2) / 6.0;
     let mut loads = vec![[0.0; 3]; mesh.num_nodes()];
     let loaded = |n: &u32| {
         let [x, y, z] = mesh.node(*n);
@@ -65,7 +22,7 @@ fn block(mesh: &SimplexMesh<3>, cells: usize) -> AssemblyBuilder<3> {
             face.iter().for_each(|&n| loads[n as usize][2] -= force);
         }
     }
-    let dofs = Dofs::new(mesh.nodes(), &[], &axes).unwrap();
+    let dofs = dofs(mesh.nodes()).unwrap();
     let loads = NodalLoads::new(loads.into_iter().enumerate().collect()).unwrap();
     let builder = AssemblyBuilder::new(mesh, dofs).unwrap();
     builder.term(loads).unwrap()
@@ -87,12 +44,22 @@ fn sinking(mesh: &SimplexMesh<3>, body: &Assembly<3>) -> f64 {
 #[test]
 fn a_nearly_incompressible_block_sinks_as_far_as_it_should() {
     let mesh = kuhn_grid(8, 8, 8, [SIZE; 3]).unwrap();
-    let locked = block(&mesh, 8).material(Block { lambda: LAMBDA }).unwrap();
+    let locked = block(&mesh, 8)
+        .material(Block {
+            mu: MU,
+            lambda: LAMBDA,
+        })
+        .unwrap();
     let locked = sinking(&mesh, &locked.build().unwrap());
     assert!(locked < 14.0, "{locked}");
     let patches = VolumePatches::around_edges(&mesh);
     let bulk = vec![LAMBDA; mesh.num_elements()];
-    let free = block(&mesh, 8).material(Block { lambda: 0.0 }).unwrap();
+    let free = block(&mesh, 8)
+        .material(Block {
+            mu: MU,
+            lambda: 0.0,
+        })
+        .unwrap();
     let free = free.mean_volume(&patches, &bulk).unwrap();
     let free = sinking(&mesh, &free.build().unwrap());
     assert!((free - 20.0).abs() < 0.2, "{free}");
@@ -110,7 +77,10 @@ fn patches_keep_their_volume_and_elements_need_not() {
     let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &ends).unwrap();
     let body = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
-        .material(Block { lambda: 0.0 })
+        .material(Block {
+            mu: MU,
+            lambda: 0.0,
+        })
         .unwrap()
         .mean_volume(&patches, &vec![1e4; mesh.num_elements()])
         .unwrap()

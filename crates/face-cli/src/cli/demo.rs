@@ -62,13 +62,8 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let scene = &source.scene;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     progress.inc(1);
-    let muscles = scene.muscles.len();
-    let map = Parametrization {
-        muscles,
-        active: (0..muscles).collect(),
-        cranium: CraniumModel::Fixed,
-        jaw: scene.hinged_jaw(),
-    };
+    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+    let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
     let params = FitParams {
         activation_weight: 1e-9,
         ..FitParams::default()

@@ -92,24 +92,20 @@ fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Fai
 }
 
 fn parametrization(scene: &Scene, args: &FitArgs) -> Parametrization {
-    let muscles = scene.muscles.len();
-    Parametrization {
-        muscles,
-        active: (0..muscles).collect(),
-        cranium: match args.head {
-            Head::Fixed => CraniumModel::Fixed,
-            Head::Rigid => CraniumModel::Rigid,
-            Head::Affine => CraniumModel::Affine,
+    let cranium = match args.head {
+        Head::Fixed => CraniumModel::Fixed,
+        Head::Rigid => CraniumModel::Rigid,
+        Head::Affine => CraniumModel::Affine,
+    };
+    let jaw = match args.jaw {
+        Jaw::Fixed => JawModel::Fixed,
+        Jaw::Hinge => scene.hinged_jaw(),
+        Jaw::Rigid => JawModel::Rigid {
+            point: scene.hinge.point(),
         },
-        jaw: match args.jaw {
-            Jaw::Fixed => JawModel::Fixed,
-            Jaw::Hinge => scene.hinged_jaw(),
-            Jaw::Rigid => JawModel::Rigid {
-                point: scene.hinge.point(),
-            },
-            Jaw::Affine => JawModel::Affine,
-        },
-    }
+        Jaw::Affine => JawModel::Affine,
+    };
+    Parametrization::of_all(scene.muscles.len(), cranium, jaw)
 }
 
 fn params(args: &FitArgs) -> FitParams {

@@ -51,13 +51,8 @@ pub fn pose(scene: &Scene, typed: &PoseArgs) -> Result<Parameters, Failure> {
         .jaw_shift
         .as_deref()
         .map_or(Ok([0.0; 3]), parse_shift)?;
-    let muscles = scene.muscles.len();
-    let map = Parametrization {
-        muscles,
-        active: (0..muscles).collect(),
-        cranium: CraniumModel::Fixed,
-        jaw: scene.hinged_jaw(),
-    };
+    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+    let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
     let mut q = activations;
     q.push(angle);
     q.extend(shift);

@@ -50,7 +50,11 @@ pub struct Parametrization {
 impl Parametrization {
     /// θ itself: all activations and both affine frames, 24 numbers more than muscles.
     pub fn affine(muscles: usize) -> Self {
-        let (cranium, jaw) = (CraniumModel::Affine, JawModel::Affine);
+        Self::of_all(muscles, CraniumModel::Affine, JawModel::Affine)
+    }
+
+    /// All activations, with a head and a jaw that move as said.
+    pub fn of_all(muscles: usize, cranium: CraniumModel, jaw: JawModel) -> Self {
         Self {
             muscles,
             active: (0..muscles).collect(),

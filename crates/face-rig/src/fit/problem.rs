@@ -141,6 +141,21 @@ pub enum FitError {
         /// The best pose so far and the way there.
         best: Box<FitReport>,
     },
+    /// The pose that was found could not be solved for again.
+    #[error("the fitted pose has no equilibrium any more: {0}")]
+    Pose(#[source] Box<RigError>),
+    /// A starting number outside the bounds of the fit.
+    #[error("starting number {index} is {value}, the fit allows {lower} to {upper}")]
+    StartOutOfBounds {
+        /// Its place.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// The lower bound.
+        lower: f64,
+        /// The upper bound.
+        upper: f64,
+    },
     /// Not even the starting pose has an equilibrium.
     #[error("the starting pose has no equilibrium: {0}")]
     Start(#[source] Box<RigError>),
@@ -173,6 +188,8 @@ impl Fitter<'_> {
         observer: &mut dyn FnMut(&FitIteration),
     ) -> Result<FitReport, FitError> {
         let roots = self.check(rig, start)?;
+        let settings = self.settings(start);
+        within(start, settings.bounds.as_ref())?;
         let map = self.parametrization;
         let begin = Stopwatch::start();
         let seen = Cell::new((0.0, 0.0));
@@ -184,22 +201,21 @@ impl Fitter<'_> {
             seen: &seen,
         };
         let mut iterations = Vec::new();
-        let outcome =
-            gauss_newton_observed(&mut problem, &mut q, &self.settings(start), &mut |i| {
-                let (rms, largest) = seen.get();
-                let report = FitIteration {
-                    iteration: i.iteration,
-                    rms_mm: 1e3 * rms,
-                    largest_mm: 1e3 * largest,
-                    cost: i.cost,
-                    step: i.step,
-                    damping: i.lambda,
-                    activations_at_bounds: self.at_bounds(i.theta),
-                    seconds: begin.elapsed().as_secs_f64(),
-                };
-                observer(&report);
-                iterations.push(report);
-            });
+        let outcome = gauss_newton_observed(&mut problem, &mut q, &settings, &mut |i| {
+            let (rms, largest) = seen.get();
+            let report = FitIteration {
+                iteration: i.iteration,
+                rms_mm: 1e3 * rms,
+                largest_mm: 1e3 * largest,
+                cost: i.cost,
+                step: i.step,
+                damping: i.lambda,
+                activations_at_bounds: self.at_bounds(i.theta),
+                seconds: begin.elapsed().as_secs_f64(),
+            };
+            observer(&report);
+            iterations.push(report);
+        });
         let parameters = map.parameters(&q);
         let report = |stop| -> Result<FitReport, RigError> {
             let positions = problem.pose(&parameters)?;
@@ -212,7 +228,7 @@ impl Fitter<'_> {
             })
         };
         match outcome {
-            Ok(info) => report(Some(info.stop)).map_err(|e| FitError::Start(Box::new(e))),
+            Ok(info) => report(Some(info.stop)).map_err(|e| FitError::Pose(Box::new(e))),
             Err(source) => match source.reason {
                 GaussNewtonFailure::Evaluation(error)
                     if source.iteration == 0 && report_is_missing(source.cost) =>
@@ -224,7 +240,7 @@ impl Fitter<'_> {
                         source,
                         best: Box::new(best),
                     }),
-                    Err(error) => Err(FitError::Start(Box::new(error))),
+                    Err(error) => Err(FitError::Pose(Box::new(error))),
                 },
             },
         }
@@ -320,6 +336,25 @@ impl Fitter<'_> {
         let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| w.sqrt());
         Ok((0..dim).map(root).collect())
     }
+}
+
+/// Every starting number lies within its bounds.
+fn within(start: &[f64], bounds: Option<&Bounds>) -> Result<(), FitError> {
+    let Some(Bounds { lower, upper }) = bounds else {
+        return Ok(());
+    };
+    let bounds = lower.iter().zip(upper);
+    for (index, (&value, (&lower, &upper))) in start.iter().zip(bounds).enumerate() {
+        if !(lower <= value && value <= upper) {
+            return Err(FitError::StartOutOfBounds {
+                index,
+                value,
+                lower,
+                upper,
+            });
+        }
+    }
+    Ok(())
 }
 
 fn report_is_missing(cost: f64) -> bool {

@@ -32,13 +32,8 @@ fn a_landmark_without_weight_counts_nowhere() {
             "\"targets\": { \"landmarks\": \"wanted.csv\"",
         );
         let scene = files.load().expect("a sound scene");
-        let muscles = scene.muscles.len();
-        let map = Parametrization {
-            muscles,
-            active: (0..muscles).collect(),
-            cranium: CraniumModel::Fixed,
-            jaw: scene.hinged_jaw(),
-        };
+        let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+        let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
         let mut rig = scene.rig(RigParams::default()).expect("a rig");
         let start = map.rest();
         let target = scene.target("smile").expect("a target");

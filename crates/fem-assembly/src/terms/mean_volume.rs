@@ -63,7 +63,7 @@ impl<const D: usize> AssemblyBuilder<D, Linear> {
 struct Patch<const D: usize> {
     nodes: Vec<u32>,
     /// Vertices of each simplex (places in `nodes`), positively oriented at rest, and its share.
-    simplices: Vec<([u16; 4], f64)>,
+    simplices: Vec<([u32; 4], f64)>,
     /// Σ of the shares of rest volumes, m³.
     volume: f64,
     /// κ, Pa.
@@ -91,7 +91,7 @@ impl<const D: usize> Patch<D> {
             let corners = elements.nodes_of(e);
             let mut places = [0; 4];
             for (place, node) in places.iter_mut().zip(corners) {
-                *place = nodes.partition_point(|n| n < node) as u16;
+                *place = nodes.partition_point(|n| n < node) as u32;
             }
             let rest: Vec<[f64; D]> = corners
                 .iter()
@@ -116,7 +116,7 @@ impl<const D: usize> Patch<D> {
     }
 
     /// D_s of a simplex.
-    fn shape(&self, vertices: &[u16; 4], field: &[[f64; D]]) -> Mat<f64, D> {
+    fn shape(&self, vertices: &[u32; 4], field: &[[f64; D]]) -> Mat<f64, D> {
         let at = |a: usize| &field[self.nodes[vertices[a] as usize] as usize];
         let origin = at(0);
         Mat::from_fn(|i, j| at(j + 1)[i] - origin[i])
@@ -124,16 +124,21 @@ impl<const D: usize> Patch<D> {
 
     const FACTORIAL: f64 = if D == 2 { 2.0 } else { 6.0 };
 
-    /// J̄ − 1. The sum runs over v_e − V_e nowhere: near J̄ = 1 its rounding is that of the volumes.
+    /// J̄ − 1.
     fn dilation(&self, x: &[[f64; D]]) -> f64 {
-        let of = |(vertices, share): &([u16; 4], f64)| {
+        let of = |(vertices, share): &([u32; 4], f64)| {
             share * self.shape(vertices, x).determinant() / Self::FACTORIAL
         };
         let current: f64 = self.simplices.iter().map(of).sum();
         (current - self.volume) / self.volume
     }
 
-    /// Adds ∂v/∂x, v = Σ share v_e, at each node.
+    /// V_p κ/2 (J̄ − 1)², joules.
+    fn energy(&self, dilation: f64) -> f64 {
+        0.5 * self.bulk * self.volume * dilation * dilation
+    }
+
+    /// ∂v/∂x, v = Σ share v_e, at each node.
     fn volume_gradient(&self, x: &[[f64; D]], gradient: &mut [[f64; D]]) {
         gradient.fill([0.0; D]);
         for (vertices, share) in &self.simplices {
@@ -143,7 +148,7 @@ impl<const D: usize> Patch<D> {
     }
 
     /// Adds the columns of a derivative by D_s to the vertices.
-    fn add_columns(&self, vertices: &[u16; 4], columns: &Mat<f64, D>, out: &mut [[f64; D]]) {
+    fn add_columns(&self, vertices: &[u32; 4], columns: &Mat<f64, D>, out: &mut [[f64; D]]) {
         for j in 0..D {
             for i in 0..D {
                 out[vertices[j + 1] as usize][i] += columns.0[i][j];
@@ -183,8 +188,7 @@ impl<const D: usize> Term<D> for MeanVolume<D> {
     fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink) {
         for s in stencils {
             let patch = &self.patches[s];
-            let dilation = patch.dilation(at.positions());
-            sink.energy(s, 0.5 * patch.bulk * patch.volume * dilation * dilation);
+            sink.energy(s, patch.energy(patch.dilation(at.positions())));
         }
     }
     fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>) {
@@ -192,7 +196,7 @@ impl<const D: usize> Term<D> for MeanVolume<D> {
         for s in stencils {
             let patch = &self.patches[s];
             let dilation = patch.dilation(at.positions());
-            sink.energy(s, 0.5 * patch.bulk * patch.volume * dilation * dilation);
+            sink.energy(s, patch.energy(dilation));
             patch.volume_gradient(at.positions(), &mut by_node);
             for (a, gradient) in by_node.iter().enumerate() {
                 sink.add(s, a, gradient.map(|g| patch.bulk * dilation * g));
@@ -274,7 +278,7 @@ impl<const D: usize> Term<D> for MeanVolume<D> {
 /// Adds a second derivative by D_s to the lower half of a patch's blocks.
 fn add_simplex<const D: usize>(
     tensor: &Tensor4<f64, D>,
-    vertices: &[u16; 4],
+    vertices: &[u32; 4],
     size: usize,
     blocks: &mut [Mat<f64, D>],
 ) {

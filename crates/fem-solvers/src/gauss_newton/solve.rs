@@ -14,7 +14,8 @@ use crate::vector::{first_non_finite, norm_inf};
 /// counts as one that does not.
 ///
 /// # Errors
-/// [`GaussNewtonError`]; `theta` then holds the last accepted parameters.
+/// [`GaussNewtonError`]; `theta` then holds the last accepted parameters. A start outside the bounds is
+/// refused.
 ///
 /// ```
 /// use fem_solvers::{gauss_newton, GaussNewtonParams, LeastSquares};
@@ -353,7 +354,7 @@ impl<E> From<RankLoss> for GaussNewtonFailure<E> {
 
 fn check<E>(
     params: &GaussNewtonParams,
-    theta: &mut [f64],
+    theta: &[f64],
     m: usize,
     n: usize,
 ) -> Result<(), GaussNewtonFailure<E>> {
@@ -393,8 +394,14 @@ fn check<E>(
         for (&lower, &upper) in b.lower.iter().zip(&b.upper) {
             range("a lower bound", lower, lower <= upper, "[-∞, upper bound]")?;
         }
-        for (k, t) in theta.iter_mut().enumerate() {
-            *t = t.clamp(b.lower[k], b.upper[k]);
+        for ((&t, &lower), &upper) in theta.iter().zip(&b.lower).zip(&b.upper) {
+            let inside = lower <= t && t <= upper;
+            range(
+                "a starting parameter",
+                t,
+                inside,
+                "[lower bound, upper bound]",
+            )?;
         }
     }
     Ok(())

@@ -189,6 +189,12 @@ fn bounded_linear_problems_satisfy_the_optimality_conditions() {
                     ..Default::default()
                 };
                 let mut theta = [5.0, -5.0, 0.35];
+                if lower > -5.0 {
+                    let refused = gauss_newton(&mut three(), &mut theta, &params).unwrap_err();
+                    assert!(matches!(refused.reason, GaussNewtonFailure::Params { .. }));
+                    assert_eq!(theta, [5.0, -5.0, 0.35]);
+                }
+                let mut theta = theta.map(|t: f64| t.clamp(lower, upper));
                 gauss_newton(&mut three(), &mut theta, &params).unwrap();
                 assert!(theta.iter().all(|t| (lower..=upper).contains(t)));
                 check_kkt(&mut three(), &theta, &bounds);
