@@ -216,7 +216,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         .iter()
         .enumerate()
     {
-        let slide = frame["jaw_slide_mm"][0].as_f64().unwrap();
+        let slide = frame["jaw_pose"]["lateral_mm"].as_f64().unwrap();
         assert!(
             (slide - (k + 1) as f64).abs() < 0.1,
             "frame {k}: {slide} mm"

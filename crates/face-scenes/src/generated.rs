@@ -3,7 +3,7 @@
 use super::load::{Flesh, Place};
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::BuiltinFace;
-use face_rig::anatomy::{Bones, FiberField, Muscle};
+use face_rig::anatomy::{Bones, CondylarPath, FiberField, JawJoint, JointLimits, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use fem_materials::presets::SOFT_TISSUE;
 use std::path::Path;
@@ -37,10 +37,12 @@ pub(super) fn flesh(
         .iter()
         .zip(0..)
         .map(|(l, index)| Landmark { index, point: *l });
+    let joint = JawJoint::new(face.hinge, CondylarPath::ADULT, JointLimits::ADULT);
+    let joint = joint.map_err(|e| refuse(e.to_string()))?;
     Ok(Flesh {
         repairs: Repairs::default(),
         bones: Bones::new(face.bone),
-        hinge: face.hinge,
+        joint,
         fiber_field: field.map_err(|e| refuse(e.to_string()))?,
         muscles: face
             .muscles

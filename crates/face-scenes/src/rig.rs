@@ -31,9 +31,9 @@ impl Scene {
         Ok(Rig::new(self.assembly()?, &jaw, params)?)
     }
 
-    /// The jaw as an animator moves it: a turn about the scene's hinge and a shift.
-    pub fn hinged_jaw(&self) -> JawModel {
-        JawModel::Hinge(self.hinge)
+    /// The jaw in its joint: opening, protrusion, lateral shift and yaw.
+    pub fn jointed_jaw(&self) -> JawModel {
+        JawModel::Joint(self.joint)
     }
 
     /// The landmarks at these places of [`Scene::landmarks`] as points carried by the mesh; a place

@@ -103,7 +103,7 @@ fn a_sound_scene_is_understood() {
     let scene = Files::new().load().expect("a sound scene");
     assert_eq!(scene.mesh.num_elements(), 72);
     assert_eq!(scene.bones.of_node()[0], Bone::Cranium);
-    assert_eq!(scene.hinge.axis(), [1.0, 0.0, 0.0]);
+    assert_eq!(scene.joint.hinge().axis(), [1.0, 0.0, 0.0]);
     assert_eq!(scene.fiber_field.of_tet(3).len(), 2);
     assert_eq!(
         scene.regions[0].material,
@@ -140,7 +140,7 @@ fn scale_applies_to_every_length() {
     let scene = files.load().expect("a sound scene");
     assert_eq!(scene.name, "scene");
     assert_eq!(scene.mesh.node(1)[0], 0.4);
-    assert_eq!(scene.hinge.point(), [0.0, 0.8, 0.0]);
+    assert_eq!(scene.joint.hinge().point(), [0.0, 0.8, 0.0]);
     assert_eq!(scene.targets[0].landmarks[1].position, [0.16; 3]);
     expect(
         &check(&scene).warnings.join("\n"),
@@ -585,8 +585,9 @@ fn the_shipped_scenes_describe_the_head_data() {
             .expect("there")
             .jaw_truth
             .expect("known");
-        let (angle, slide) = scene.hinge.closest(&jaw);
-        assert!((angle.to_degrees() - 25.334).abs() < 1e-2);
-        assert!(slide.iter().all(|s| s.abs() < 1e-4));
+        let ([opening, protrusion, lateral, yaw], beside) = scene.joint.closest(&jaw);
+        assert!((opening.to_degrees() - 25.334).abs() < 1e-2);
+        let slides = [protrusion, lateral, 0.1 * yaw, beside];
+        assert!(slides.iter().all(|s| s.abs() < 1e-4));
     }
 }

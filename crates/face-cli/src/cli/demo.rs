@@ -62,7 +62,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let scene = &source.scene;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     progress.inc(1);
-    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+    let (muscles, jaw) = (scene.muscles.len(), scene.jointed_jaw());
     let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
     let params = FitParams {
         activation_weight: 1e-9,

@@ -57,13 +57,22 @@ impl Goals {
 
     /// Root-mean-square distance of the points that count when the nodes are at `x`, meters.
     pub fn rms(&self, x: &[[f64; 3]]) -> f64 {
+        let sum: f64 = self.squares(x).sum();
+        (sum / self.counted().max(1) as f64).sqrt()
+    }
+
+    /// The largest distance of a point that counts when the nodes are at `x`, meters.
+    pub fn largest(&self, x: &[[f64; 3]]) -> f64 {
+        self.squares(x).fold(0.0, f64::max).sqrt()
+    }
+
+    fn squares(&self, x: &[[f64; 3]]) -> impl Iterator<Item = f64> {
         let positions = self.positions.as_chunks::<3>().0;
         let all = self.points.0.iter().zip(positions).zip(&self.weights);
-        let squares = all.filter(|(_, weight)| **weight > 0.0);
-        let squares = squares.map(|((point, goal), _)| {
+        let counted = all.filter(|(_, weight)| **weight > 0.0);
+        counted.map(move |((point, goal), _)| {
             let at = point.position(x);
-            (0..3).map(|i| (at[i] - goal[i]).powi(2)).sum::<f64>()
-        });
-        (squares.sum::<f64>() / self.counted().max(1) as f64).sqrt()
+            (0..3).map(|i| (at[i] - goal[i]).powi(2)).sum()
+        })
     }
 }
