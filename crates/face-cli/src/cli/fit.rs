@@ -239,6 +239,7 @@ pub fn table(fits: &[ExpressionFit]) -> String {
         let end = match &f.outcome {
             Outcome::Converged(_) => "converged".to_owned(),
             Outcome::NotConverged(why) => format!("not converged: {why}"),
+            other => format!("not converged: {other:?}"),
         };
         let jaw = f.jaw_degrees.map_or(String::new(), |d| format!("{d:.1}"));
         text += &format!(
