@@ -1,13 +1,13 @@
 //! dx/dθ against differences of full re-solves, adjoints against columns, and a fit that finds a
 //! known pose, on a block of flesh between a fixed plate (cranium) and a moving one (jaw).
 
-use face_rig::anatomy::{CondylarPath, JawHinge, JawJoint, JointLimits};
+use face_rig::anatomy::{CondylarPath, EmbeddedPoint, JawHinge, JawJoint, JointLimits};
 use face_rig::fit::{
     CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{
-    AffineMap, AllNodes, CarriedPoint, CarriedPoints, Direction, JacobianRoute, Observation,
-    Parameters, Rig, RigParams,
+    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, Observation, Parameters, Rig,
+    RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
@@ -148,17 +148,17 @@ fn adjoints_agree_with_columns() {
     rig.solve(&pose()).unwrap();
     let sensitivity = rig.sensitivity().unwrap();
     let directions = Direction::all(MUSCLES);
-    let points = CarriedPoints(vec![
-        CarriedPoint {
+    let points = EmbeddedPoints(vec![
+        EmbeddedPoint {
             nodes: [9, 10, 12, 30],
             weights: [0.4, 0.3, 0.2, 0.1],
         },
-        CarriedPoint {
+        EmbeddedPoint {
             nodes: [20, 21, 40, 41],
             weights: [0.7, 0.3, -0.2, 0.2],
         },
-        CarriedPoint::node(13),
-        CarriedPoint::node(44),
+        EmbeddedPoint::node(13),
+        EmbeddedPoint::node(44),
     ]);
     let all = AllNodes {
         nodes: sensitivity.positions().len(),

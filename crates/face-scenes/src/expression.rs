@@ -9,6 +9,7 @@ use fem_solvers::GaussNewtonFailure;
 
 /// Which points of a target are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Observed {
     /// Its landmarks.
     #[default]
@@ -99,6 +100,7 @@ pub struct DenseError {
 /// The end of a fit.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Outcome {
     /// A stop rule was met.
     Converged(String),
@@ -272,7 +274,7 @@ fn goals(scene: &Scene, target: &Target, seen: Observed) -> Goals {
     let dense = dense.filter(|_| seen != Observed::Landmarks);
     let dense = dense.into_iter().flat_map(|(skin, places)| {
         skin.points.iter().zip(places).map(|(point, place)| Goal {
-            point: scene.carried(point),
+            point: *point,
             position: *place,
             weight: 1.0,
         })

@@ -15,7 +15,7 @@
 //! rig.solve(&pose)?;
 //!
 //! // The left corner of the mouth (landmark 54) rises, and would rise further with more tension.
-//! let corner = scene.carried_landmarks([54]).0[0];
+//! let corner = scene.landmark_points([54]).0[0];
 //! let risen = corner.position(&rig.solved().positions())[1] - corner.position(scene.mesh.nodes())[1];
 //! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])[0];
 //! assert!(risen > 0.0 && corner.position(slope)[1] > 0.0);
@@ -118,6 +118,7 @@ use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, M
 use face_rig::fit::Goal;
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A face with everything known about it, as plain data; meters and pascals.
@@ -150,7 +151,7 @@ pub struct Scene {
     /// Whether it may end inside out.
     pub inversion: Inversion,
     /// Points on the mesh, by number.
-    pub embedding: Vec<EmbeddedPoint>,
+    pub embedding: BTreeMap<u32, EmbeddedPoint>,
     /// The landmarks, ascending by index.
     pub landmarks: Vec<Landmark>,
     /// The skin: of dense targets, or of the built-in face.
@@ -168,6 +169,8 @@ pub struct Scene {
 pub struct Landmark {
     /// Its index, 0 to 67 in Multi-PIE order.
     pub index: u32,
+    /// Its number among the points of the embedding.
+    pub vertex: u32,
     /// Where it rides.
     pub point: EmbeddedPoint,
 }
@@ -184,29 +187,17 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// A surface whose vertices are nodes of the mesh, numbered by them.
+    /// A surface whose vertices are nodes of the mesh, in their order.
     ///
     /// # Panics
-    /// If a triangle names a node that belongs to no element.
+    /// If a triangle names a node that the mesh does not have.
     pub fn of_nodes(mesh: &SimplexMesh<3>, triangles: &[[u32; 3]]) -> Self {
         let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let around = mesh.node_elements();
-        let embed = |&n: &u32| {
-            let tet = around.row(n as usize)[0];
-            let corner = mesh
-                .tet(tet as usize)
-                .map(|m| if m == n { 1.0 } else { 0.0 });
-            EmbeddedPoint {
-                id: n,
-                tet,
-                weights: corner,
-            }
-        };
         let place = |n: &u32| nodes.partition_point(|m| m < n) as u32;
         Self {
-            points: nodes.iter().map(embed).collect(),
+            points: nodes.iter().map(|&n| EmbeddedPoint::node(n)).collect(),
             rest: nodes.iter().map(|&n| mesh.node(n)).collect(),
             triangles: triangles
                 .iter()
@@ -219,6 +210,7 @@ impl Skin {
 /// What a target shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TargetKind {
     /// The same person with another expression.
     Expression,

@@ -12,6 +12,7 @@ use face_rig::anatomy::{
 };
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where a scene's files are: relative to the scene file.
@@ -41,7 +42,7 @@ pub(super) struct Flesh {
     pub fiber_field: FiberField,
     pub regions: Vec<Region>,
     pub region_of_tet: Vec<u32>,
-    pub embedding: Vec<EmbeddedPoint>,
+    pub embedding: BTreeMap<u32, EmbeddedPoint>,
     pub landmarks: Vec<Landmark>,
     pub skin: Option<Skin>,
 }

@@ -113,7 +113,7 @@ fn a_sound_scene_is_understood() {
     assert_eq!(indices, [0, 1]);
     let smile = scene.target("smile").expect("there");
     assert_eq!(smile.landmarks[1].position, [0.02; 3]);
-    let point = scene.carried(&scene.landmarks[1].point);
+    let point = scene.landmarks[1].point;
     assert_eq!(smile.landmarks[1].point, point);
     assert_eq!(scene.targets[1].kind, TargetKind::Identity);
     let text = scene.target("smyle").expect_err("absent").to_string();
@@ -399,7 +399,7 @@ fn without_embedding_landmarks_are_located() {
     let files = Files::new();
     files.edit("scene.json", "\"embedding\": \"embedding.csv\",", "");
     let scene = files.load().expect("sound");
-    let place = scene.landmarks[1].point.rest_position(&scene.mesh);
+    let place = scene.landmarks[1].point.position(scene.mesh.nodes());
     let stated = fs::read_to_string(files.path("landmarks.csv")).expect("readable");
     let line = stated.lines().nth(1).expect("the first landmark");
     let numbers: Vec<f64> = line
@@ -538,7 +538,7 @@ fn a_scene_may_name_the_built_in_face() {
     assert_eq!(scene.landmarks.len(), 68);
     let goal = scene.targets[0].landmarks[0];
     assert_eq!(goal.position, [0.01, 0.02, 0.03]);
-    assert_eq!(goal.point, scene.carried(&scene.landmarks[48].point));
+    assert_eq!(goal.point, scene.landmarks[48].point);
     expect(
         &check(&scene).warnings.join("\n"),
         &["target smile has 1 of 68 landmarks"],

@@ -69,7 +69,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         ..FitParams::default()
     };
     let rest = rig.solved().clone();
-    let landmarks = scene.carried_landmarks(0..scene.landmarks.len());
+    let landmarks = scene.landmark_points(0..scene.landmarks.len());
     let mut done: Vec<(ExpressionFit, Vec<[f64; 3]>, Vec<f64>)> = Vec::new();
     for (name, settings, degrees) in EXPRESSIONS {
         progress.set_message(format!("posing: {name}"));

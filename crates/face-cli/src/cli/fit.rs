@@ -246,6 +246,7 @@ pub fn table(fits: &[ExpressionFit]) -> String {
             Outcome::Converged(_) => "converged".to_owned(),
             Outcome::NotConverged(why) => format!("not converged: {why}"),
             Outcome::Impossible(why) => format!("impossible pose: {why}"),
+            other => format!("not converged: {other:?}"),
         };
         let jaw = &f.jaw_pose;
         let off = jaw.condyles_off_mm;

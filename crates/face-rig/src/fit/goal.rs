@@ -1,13 +1,14 @@
 //! Where points of the flesh should be.
 
 use super::{FitParams, Fitter, Parametrization};
-use crate::rig::{CarriedPoint, CarriedPoints};
+use crate::anatomy::EmbeddedPoint;
+use crate::rig::EmbeddedPoints;
 
 /// A point of the flesh, where it should be, and how much that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
     /// The point.
-    pub point: CarriedPoint,
+    pub point: EmbeddedPoint,
     /// Where it should be, meters.
     pub position: [f64; 3],
     /// How much its squared distance counts, 0 or more; at 0 it counts nowhere.
@@ -17,7 +18,7 @@ pub struct Goal {
 /// Goals as a fit reads them: g, g* and the weights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Goals {
-    points: CarriedPoints,
+    points: EmbeddedPoints,
     positions: Vec<f64>,
     weights: Vec<f64>,
 }

@@ -6,6 +6,7 @@ use crate::rig::{AffineMap, Direction, Parameters};
 
 /// How the head may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CraniumModel {
     /// Not at all.
     #[default]
@@ -18,6 +19,7 @@ pub enum CraniumModel {
 
 /// How the jaw may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum JawModel {
     /// Not at all.
     #[default]
