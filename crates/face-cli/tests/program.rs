@@ -228,6 +228,8 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         "--targets",
         "sequence.csv",
         "--warm-start",
+        "--jaw-weight",
+        "0",
         "--json",
     ];
     let fit = face_rig(at, &arguments);

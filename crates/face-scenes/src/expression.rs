@@ -306,7 +306,7 @@ mod tests {
         let fine = [1.0, 0.2];
         for numbers in [
             [0.0; 4],
-            [0.69, 0.01, -0.005, 0.1],
+            [0.69, 0.01, -0.005, 0.08],
             [-0.03, -0.002, 0.0, 0.0],
         ] {
             let stop = Outcome::Converged("step".into());
