@@ -126,6 +126,12 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let results = &report["results"];
     assert_eq!(results["inverted_tets"], 0);
+    let torques = &results["jaw_torques_newton_meters"];
+    let (left, right) = (&torques["masseter_L"], &torques["masseter_R"]);
+    let (left, right) = (left.as_f64().unwrap(), right.as_f64().unwrap());
+    // An open jaw stretches its closers; the face is its own mirror image.
+    assert!(left < 0.0 && (left - right).abs() < 1e-6 * left.abs());
+    assert!(torques.get("frontalis_medial_L").is_none());
     assert!(results["largest_displacement_mm"].as_f64().unwrap() > 2.0);
     for name in [
         "pose.vtu",
@@ -285,6 +291,20 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     assert_eq!(all.len(), 2 + 2 + 2 + 1, "{all:?}");
     let bare = again("bare", &["--pictures", "none", "--write", "none"]);
     assert_eq!(bare, report);
+
+    // The jaw of frame 1 as other models have it: a hinge cannot slide, a weight holds the joint.
+    let lateral = |arguments: &[&str]| {
+        let mut all = vec!["fit", "small.json", "--targets", "sequence.csv", "--json"];
+        all.extend(["--target", "frame 1", "--force", "--out", "jaws"]);
+        all.extend(arguments);
+        let output = face_rig(at, &all);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let fit = &report["results"]["fits"][0];
+        fit["jaw_pose"]["lateral_mm"].as_f64().unwrap()
+    };
+    assert!(lateral(&["--jaw", "hinge"]).abs() < 1e-9);
+    assert!((lateral(&["--jaw", "rigid"]) - 1.0).abs() < 0.1);
+    assert!(lateral(&["--jaw", "joint", "--jaw-weight", "1e6"]).abs() < 0.05);
 
     let with = |from: &str, to: &str| std::fs::write(at.join("bad.csv"), targets.replace(from, to));
     let fit_bad = ["fit", "small.json", "--targets", "bad.csv", "--out", "bad"];

@@ -187,7 +187,7 @@ pub struct FitArgs {
     pub jaw: Jaw,
     /// Tikhonov weight of the joint's protrusion, lateral shift and yaw, each relative to its limit,
     /// millimeters squared: larger prefers a jaw that only opens.
-    #[arg(long, default_value_t = 10.0, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 300.0, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub jaw_weight: f64,
     /// Tikhonov weight of the activations, millimeters squared: larger prefers relaxed muscles.
     #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]

@@ -58,7 +58,7 @@ impl Default for FitParams {
             activation_bounds: Some([0.0, 1.0]),
             jaw_angle_bounds: Some([-0.1, 0.7]),
             activation_weight: 1e-7,
-            joint_weight: 1e-5,
+            joint_weight: 3e-4,
             pose_weight: 0.0,
             orthogonality: Orthogonality {
                 cranium: 1e-2,
