@@ -44,6 +44,10 @@ impl Scene {
             let patches = VolumePatches::around_edges(&self.mesh);
             builder = builder.mean_volume(&patches, &bulk).map_err(in_mesh)?;
         }
+        let touching = self
+            .contact
+            .add_to(builder, &self.mesh, &self.bones, &self.embedding);
+        builder = touching.map_err(|e| ("contact", e.to_string()))?;
         let stretch = match self.fibers.stretch {
             FiberStretch::Total => Stretch::Total,
             FiberStretch::Isochoric => Stretch::Isochoric,

@@ -1,5 +1,6 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
+use super::contact::ContactSpec;
 use super::material::{Fibers, MaterialSpec};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -28,6 +29,9 @@ pub struct SceneFile {
     /// Which volumes the flesh keeps; those of single elements by default.
     #[serde(default)]
     pub volume: Volume,
+    /// What the flesh touches; nothing by default.
+    #[serde(default)]
+    pub contact: Option<ContactSpec>,
     /// Expressions to fit.
     #[serde(default)]
     pub targets: Option<TargetsSpec>,

@@ -71,6 +71,10 @@
 //!   `stretch`: `"total"` or `"isochoric"`.
 //! * `volume`: `"elements"` (default) or `"patches"`, for flesh near ν = 1/2 that must not lock
 //!   ([`Volume`]).
+//! * `contact`: what flesh may not enter, and with `"flesh": true` itself ([`ContactSpec`]):
+//!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
+//!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
+//!   `sphere`, `capsule`, `box` or `half_space`.
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
 //! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
@@ -80,6 +84,7 @@ pub mod builtin;
 
 mod assembly;
 mod check;
+mod contact;
 mod error;
 mod expression;
 mod format;
@@ -95,6 +100,7 @@ mod table;
 mod targets;
 
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
+pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
 pub use error::SceneError;
 pub use expression::{ExpressionFit, Observed, Outcome, fit_expression};
 pub use format::{
@@ -138,6 +144,8 @@ pub struct Scene {
     pub region_of_tet: Vec<u32>,
     /// Which volumes it keeps.
     pub volume: Volume,
+    /// What it touches.
+    pub contact: Contact,
     /// Points on the mesh, by number.
     pub embedding: Vec<EmbeddedPoint>,
     /// The landmarks, ascending by index.

@@ -4,7 +4,9 @@ use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, Inverted, RegionsSpec, SceneFile, Volume,
 };
 use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
-use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
+use super::{
+    Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
+};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
 use serde::Deserialize;
@@ -84,6 +86,9 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
+    if let Some(spec) = &file.contact {
+        scene.contact = contact::load(&place, spec)?;
+    }
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
     if let Some(spec) = file.targets {
@@ -111,6 +116,7 @@ impl Flesh {
             regions: self.regions,
             region_of_tet: self.region_of_tet,
             volume: Volume::default(),
+            contact: Contact::default(),
             embedding: self.embedding,
             landmarks: self.landmarks,
             skin: self.skin,
