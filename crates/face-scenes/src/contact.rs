@@ -29,6 +29,10 @@ pub struct ContactSpec {
     /// The pressure where flesh touches a solid, pascals; 100 kPa by default.
     #[serde(default)]
     pub pressure: Option<f64>,
+    /// How much deeper than at rest flesh can be in a solid at all, in the scene's unit; 1.5 mm by
+    /// default. It should be less than half of the thinnest solid.
+    #[serde(default)]
+    pub depth: Option<f64>,
     /// Distance of the samples of triangle surfaces, in the scene's unit; 1 mm by default.
     #[serde(default)]
     pub spacing: Option<f64>,
@@ -135,11 +139,13 @@ pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneEr
     let params = RigidContactParams {
         activation: length(spec.activation, defaults.activation),
         pressure: spec.pressure.unwrap_or(defaults.pressure),
+        depth: length(spec.depth, defaults.depth),
     };
     let spacing = length(spec.spacing, 1e-3);
     for (field, value) in [
         ("contact.activation", params.activation),
         ("contact.pressure", params.pressure),
+        ("contact.depth", params.depth),
         ("contact.spacing", spacing),
     ] {
         if !(value > 0.0 && value < f64::INFINITY) {

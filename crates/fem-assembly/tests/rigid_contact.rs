@@ -160,6 +160,7 @@ fn scene(sampled: bool, moving: bool) -> Scene {
     let params = RigidContactParams {
         activation: 0.02,
         pressure: 1e4,
+        depth: f64::INFINITY,
     };
     let contact = RigidContact::new(surface, frame, points, rest, params).unwrap();
     let held = if moving { &bone } else { &high };
@@ -330,4 +331,43 @@ fn a_start_from_deep_inside_leaves() {
     for threads in [2, 3] {
         assert!(run(threads) == x, "{threads} threads");
     }
+}
+
+/// A slab thinner than a step: no step leads through it, and behind its middle nothing is.
+#[test]
+fn no_step_leads_through_a_thin_solid() {
+    let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
+    let rest = mesh.nodes();
+    let slab = ImplicitSurface::Box {
+        min: [-1.0, -1.0, -0.5],
+        max: [2.0, 2.0, -0.4],
+    };
+    let points = ContactPoint::on_faces(&mesh, &mesh.boundary().faces);
+    let params = RigidContactParams {
+        activation: 0.02,
+        pressure: 1e4,
+        depth: 0.04,
+    };
+    let contact =
+        RigidContact::new(RigidSurface::Implicit(slab), None, points, rest, params).unwrap();
+    let dofs = Dofs::all_free(rest).unwrap();
+    let assembly = AssemblyBuilder::new(&mesh, dofs)
+        .unwrap()
+        .term(contact)
+        .unwrap()
+        .build()
+        .unwrap();
+    let down = vec![[0.0, 0.0, -2.0]; rest.len()];
+    let at = assembly.configuration(rest, &[]).unwrap();
+    let t = assembly.largest_step(at, &down);
+    // The lower side reaches z = −0.44 at t = 0.22.
+    assert!(t > 0.2 && t < 0.22, "{t}");
+    let up = vec![[0.0, 0.0, 2.0]; rest.len()];
+    assert_eq!(assembly.largest_step(at, &up), f64::INFINITY);
+    let energy = |z: f64| {
+        let x: Vec<Point> = rest.iter().map(|p| [p[0], p[1], p[2] + z]).collect();
+        assembly.energy(assembly.configuration(&x, &[]).unwrap())
+    };
+    assert!(energy(-0.37) == 0.0 && energy(-0.43) > 0.0 && energy(-0.43).is_finite());
+    assert_eq!(energy(-0.445), f64::INFINITY);
 }

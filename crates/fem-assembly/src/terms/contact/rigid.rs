@@ -2,6 +2,7 @@
 
 use super::distance::{Jet, SampledDistance};
 use super::frame::{Placed, RigidFrame};
+use super::geometry::{add, norm, scale, sub};
 use super::points::ContactPoint;
 use crate::builder::UNIT_TOLERANCE;
 use crate::configuration::Configuration;
@@ -12,6 +13,9 @@ use fem_kinematics::{ImplicitSurface, Mat, UnusableSurface};
 use fem_materials::HessianProjection;
 use std::ops::Range;
 use std::sync::Arc;
+
+/// Looks at the distance along one step.
+const MOST_ADVANCES: usize = 200;
 
 /// What flesh may not enter, in its place at rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,14 +33,18 @@ pub struct RigidContactParams {
     pub activation: f64,
     /// The pressure at touch, pascals; four times that at a depth of d̂.
     pub pressure: f64,
+    /// How much deeper than at rest a point may be, meters: beyond it the energy is +∞, so that no
+    /// step leads through a thin solid. ∞ for starts from deep inside.
+    pub depth: f64,
 }
 
-/// For a face: d̂ = 0.5 mm, 100 kPa.
+/// For a face: d̂ = 0.5 mm, 100 kPa, depth 1.5 mm.
 impl Default for RigidContactParams {
     fn default() -> Self {
         Self {
             activation: 0.5e-3,
             pressure: 1e5,
+            depth: 1.5e-3,
         }
     }
 }
@@ -114,6 +122,10 @@ impl RigidContact {
                 return Err(AssemblyError::UnusableContact { what, value });
             }
         }
+        let (what, value) = ("depth", params.depth);
+        if !(value > 0.0) {
+            return Err(AssemblyError::UnusableContact { what, value });
+        }
         if let RigidSurface::Implicit(surface) = &surface {
             let unusable = |UnusableSurface { what, value, .. }| AssemblyError::UnusableContact {
                 what,
@@ -163,12 +175,46 @@ impl RigidContact {
         (!(lack <= 0.0)).then_some((lack, x))
     }
 
+    /// The gap below which nothing may come.
+    fn least_gap(&self, s: usize) -> f64 {
+        self.distances[s].min(0.0) - self.params.depth
+    }
+
     fn energy_of(&self, s: usize, lack: f64) -> f64 {
         let RigidContactParams {
             activation,
             pressure,
+            ..
         } = self.params;
+        if self.distances[s] - activation * lack < self.least_gap(s) {
+            return f64::INFINITY;
+        }
         pressure * self.points[s].area * activation / 3.0 * lack * lack * lack
+    }
+
+    /// The t at which a point that starts at x (at rest) and moves by `way` comes too deep; ∞ where
+    /// that is after t = 1. φ changes by no more than the way, so steps of the room that is left
+    /// never jump over a solid (conservative advancement; Mirtich 1996).
+    fn reaches(&self, x: [f64; 3], way: [f64; 3], least: f64) -> f64 {
+        let length = norm(way);
+        let mut t = 0.0;
+        for _ in 0..MOST_ADVANCES {
+            let gap = self.surface.distance(add(x, scale(way, t)));
+            // Nothing is known farther away than what is sampled, but that it is not near.
+            let room = if gap == f64::INFINITY {
+                self.params.activation
+            } else {
+                gap - least
+            };
+            if !(room > 0.02 * self.params.depth) {
+                return t;
+            }
+            t += 0.9 * room / length;
+            if t >= 1.0 {
+                return f64::INFINITY;
+            }
+        }
+        t
     }
 
     fn touch(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<Touch> {
@@ -176,6 +222,7 @@ impl RigidContact {
         let RigidContactParams {
             activation,
             pressure,
+            ..
         } = self.params;
         let force = pressure * self.points[s].area;
         Some(Touch {
@@ -273,5 +320,30 @@ impl Term<3> for RigidContact {
                 }
             }
         }
+    }
+    fn largest_step(
+        &self,
+        at: Configuration<3>,
+        displacement: &[[f64; 3]],
+        stencils: Range<usize>,
+    ) -> f64 {
+        if self.params.depth == f64::INFINITY {
+            return f64::INFINITY;
+        }
+        let placed = self.placed(at.positions());
+        let mut least = f64::INFINITY;
+        for s in stencils {
+            let point = &self.points[s];
+            let x = placed.at_rest(point.position(at.positions()));
+            let mut way = point.position(displacement);
+            if let Some(frame) = self.frame {
+                for (node, share) in frame.nodes().into_iter().zip(placed.barycentric(x)) {
+                    way = sub(way, scale(displacement[node], share));
+                }
+            }
+            let way = placed.inverse.mul_vec(way);
+            least = least.min(self.reaches(x, way, self.least_gap(s)));
+        }
+        least
     }
 }
