@@ -53,6 +53,10 @@ impl Scene {
             let patches = VolumePatches::around_edges(&self.mesh);
             builder = builder.mean_volume(&patches, &bulk).map_err(in_mesh)?;
         }
+        let touching = self
+            .contact
+            .add_to(builder, &self.mesh, &self.bones, &self.embedding);
+        builder = touching.map_err(|e| ("contact", e.to_string()))?;
         let entries = self.fiber_field.entries();
         let fibers = entries.iter().map(|e| self.fiber(e, e.tet as usize));
         let builder = self.with_fibers(builder, &fibers.collect::<Vec<_>>())?;

@@ -1,5 +1,6 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
+use super::contact::ContactSpec;
 use super::material::{Fibers, MaterialSpec};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -31,6 +32,9 @@ pub struct SceneFile {
     /// Whether flesh may end inside out; it may not by default.
     #[serde(default)]
     pub inversion: Inversion,
+    /// What the flesh touches; nothing by default.
+    #[serde(default)]
+    pub contact: Option<ContactSpec>,
     /// Expressions to fit.
     #[serde(default)]
     pub targets: Option<TargetsSpec>,

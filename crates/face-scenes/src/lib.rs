@@ -78,6 +78,10 @@
 //!   ([`Volume`]).
 //! * `inversion`: `"barred"` (default) or `"allowed"`, whether elements may end inside out where the
 //!   material lets them ([`Inversion`]).
+//! * `contact`: what flesh may not enter, and with `"flesh": true` itself ([`ContactSpec`]):
+//!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
+//!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
+//!   `sphere`, `capsule`, `box` or `half_space`.
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
 //! Tables are CSV (RFC 4180, one line a row) with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
@@ -87,6 +91,7 @@ pub mod builtin;
 
 mod assembly;
 mod check;
+mod contact;
 mod error;
 mod expression;
 mod format;
@@ -103,6 +108,7 @@ mod table;
 mod targets;
 
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
+pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
 pub use error::SceneError;
 pub use expression::{DenseError, ExpressionFit, JawPose, Observed, Outcome, fit_expression};
 pub use format::{
@@ -150,6 +156,8 @@ pub struct Scene {
     pub volume: Volume,
     /// Whether it may end inside out.
     pub inversion: Inversion,
+    /// What it touches.
+    pub contact: Contact,
     /// Points on the mesh, by number.
     pub embedding: BTreeMap<u32, EmbeddedPoint>,
     /// The landmarks, ascending by index.

@@ -5,7 +5,9 @@ use super::format::{
     PathSpec, RegionsSpec, SceneFile, Volume,
 };
 use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
-use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
+use super::{
+    Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
+};
 use face_rig::anatomy::{
     Bone, Bones, CondylarPath, EmbeddedPoint, FiberField, JawHinge, JawJoint, JointError,
     JointLimits, Muscle,
@@ -90,6 +92,9 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
     scene.inversion = file.inversion;
+    if let Some(spec) = &file.contact {
+        scene.contact = contact::load(&place, spec)?;
+    }
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
     if let Some(spec) = file.targets {
@@ -118,6 +123,7 @@ impl Flesh {
             region_of_tet: self.region_of_tet,
             volume: Volume::default(),
             inversion: Inversion::default(),
+            contact: Contact::default(),
             embedding: self.embedding,
             landmarks: self.landmarks,
             skin: self.skin,

@@ -61,5 +61,6 @@ pub use shape::{ElementShape, Linear, Quadratic};
 pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
 pub use terms::{
-    Fiber, FleshContact, FleshContactParams, Gravity, NodalLoads, Obstacle, Penalty, Scaled,
+    ContactPoint, Fiber, FleshContact, FleshContactParams, Gravity, Jet, NodalLoads, Obstacle,
+    Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance, Scaled,
 };

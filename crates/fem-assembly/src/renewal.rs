@@ -7,6 +7,11 @@ use crate::plan;
 use std::sync::Arc;
 
 impl<const D: usize> Assembly<D> {
+    /// May [`Assembly::renew`] ever change anything?
+    pub fn changes(&self) -> bool {
+        self.summands.iter().any(|summand| summand.term.changes())
+    }
+
     /// Asks every term for the stencils that `at` and its neighborhood need; true when some changed.
     ///
     /// Only what depends on changed stencils is planned anew. The pattern is another `Arc` when, and

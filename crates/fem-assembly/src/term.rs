@@ -79,6 +79,11 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
+    /// May [`Term::renew`] ever change the stencils?
+    fn changes(&self) -> bool {
+        false
+    }
+
     /// The largest t for which the stencils of the last [`Term::renew`] hold everything that has an
     /// energy at x + τ δx for all 0 ≤ τ < t.
     fn covered_step(&self, _at: Configuration<D>, _displacement: &[[f64; D]]) -> f64 {

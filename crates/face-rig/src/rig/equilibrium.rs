@@ -5,11 +5,12 @@ use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
 use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
-use fem_assembly::{Assembly, Quasistatic};
+use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
 use fem_solvers::{
-    CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton, NewtonError,
-    NewtonFailure, NewtonParams, Path, ProjectionPolicy, follow_path,
+    BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton,
+    NewtonError, NewtonFailure, NewtonParams, Path, ProjectionPolicy, follow_path,
 };
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A face that can be posed: flesh with muscles, clamped to a cranium and a jaw.
@@ -241,6 +242,7 @@ impl Rig {
     pub fn sensitivity(&mut self) -> Result<Sensitivity<'_>, RigError> {
         let begin = Stopwatch::start();
         let at = self.solved.clone();
+        self.renew(&at)?;
         self.ensure_tangent(&at)?;
         self.work.jacobian_time += begin.elapsed();
         let Self {
@@ -255,6 +257,24 @@ impl Rig {
             .map(|t| &t.factor)
             .ok_or(RigError::NoTangent)?;
         Ok(Sensitivity::new(assembly, jaw, solved, factor)?)
+    }
+
+    /// Stencils that hold everything that has an energy at a pose, and a solver for them.
+    fn renew(&mut self, at: &Equilibrium) -> Result<(), RigError> {
+        if !self.assembly.changes() {
+            return Ok(());
+        }
+        let activations = &at.parameters.activations;
+        let here = self
+            .assembly
+            .configuration(&at.in_cranium_frame, activations)?;
+        self.assembly.renew(here)?;
+        let analyzed = self.newton.matrix().map(BlockSymmetric::pattern);
+        if !analyzed.is_some_and(|own| Arc::ptr_eq(own, self.assembly.pattern())) {
+            let (z, controls) = (at.in_cranium_frame.clone(), activations.clone());
+            self.newton = Newton::new(&Quasistatic::new(&self.assembly, z, controls)?);
+        }
+        Ok(())
     }
 
     fn ensure_tangent(&mut self, at: &Equilibrium) -> Result<(), RigError> {
@@ -281,7 +301,8 @@ impl Rig {
         let mut z = state.in_cranium_frame.clone();
         let moves_bones = state.parameters.jaw != pose.jaw;
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
-        if (known || (moves_bones && self.ensure_tangent(state).is_ok()))
+        if self.renew(state).is_ok()
+            && (known || (moves_bones && self.ensure_tangent(state).is_ok()))
             && let Some(tangent) = &self.tangent
             && let Ok(sensitivity) =
                 Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
@@ -315,6 +336,15 @@ impl Rig {
             work,
             ..
         } = self;
+        if assembly.changes() {
+            let controls = &pose.activations;
+            let done = solve_renewing(assembly, newton, guess, controls, &params.newton)
+                .map_err(unsolved)?;
+            work.equilibria += 1;
+            work.newton_steps += done.iterations;
+            work.factorizations += done.info.map_or(0, |info| info.factorizations);
+            return Ok(done.positions);
+        }
         let problem = Quasistatic::new(assembly, guess, pose.activations.clone())
             .map_err(|_| outside_domain())?;
         let mut x = problem.unknowns();
@@ -405,6 +435,20 @@ impl Path for Walk<'_> {
         let guess = std::mem::take(&mut state.in_cranium_frame);
         state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
         Ok(())
+    }
+}
+
+/// Newton's failure; stencils that never come to rest count as steps that did not converge.
+fn unsolved(error: RenewingError<3>) -> NewtonError {
+    match error {
+        RenewingError::Newton { source, .. } => source,
+        RenewingError::Unsettled { last, .. } => NewtonError {
+            iteration: last.iterations,
+            energy: last.info.as_ref().map_or(f64::NAN, |info| info.energy),
+            gradient_norm: f64::INFINITY,
+            reason: NewtonFailure::NotConverged,
+        },
+        _ => outside_domain(),
     }
 }
 

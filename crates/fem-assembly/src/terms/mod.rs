@@ -9,7 +9,10 @@ mod nodal_loads;
 mod obstacle;
 mod scaled;
 
-pub use contact::{FleshContact, FleshContactParams};
+pub use contact::{
+    ContactPoint, FleshContact, FleshContactParams, Jet, RigidContact, RigidContactParams,
+    RigidFrame, RigidSurface, SampledDistance,
+};
 pub use fibers::Fiber;
 pub use gravity::Gravity;
 pub use nodal_loads::NodalLoads;

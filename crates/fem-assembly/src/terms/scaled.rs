@@ -101,6 +101,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     ) -> f64 {
         self.term.largest_step(at, displacement, stencils)
     }
+    fn changes(&self) -> bool {
+        self.term.changes()
+    }
     fn renew(&mut self, at: Configuration<D>) -> bool {
         self.term.renew(at)
     }

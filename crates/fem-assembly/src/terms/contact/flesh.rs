@@ -166,6 +166,9 @@ impl Term<3> for FleshContact {
             }
         }
     }
+    fn changes(&self) -> bool {
+        true
+    }
     fn renew(&mut self, at: Configuration<3>) -> bool {
         let near = self.search.pairs(at.positions(), 0.0);
         let moved = |&n: &u32| {

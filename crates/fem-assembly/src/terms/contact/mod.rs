@@ -1,10 +1,19 @@
-//! Surfaces of flesh that touch.
+//! Surfaces of flesh that touch each other, or bones.
 
+mod distance;
 mod flesh;
+mod frame;
 mod geometry;
 mod pair;
+mod points;
+mod rigid;
 mod search;
+mod solid;
 mod surface;
 mod tree;
 
+pub use distance::{Jet, SampledDistance};
 pub use flesh::{FleshContact, FleshContactParams};
+pub use frame::RigidFrame;
+pub use points::ContactPoint;
+pub use rigid::{RigidContact, RigidContactParams, RigidSurface};

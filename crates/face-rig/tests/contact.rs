@@ -1,0 +1,173 @@
+//! dx/dθ with contact active, against differences of full re-solves: a ball that moves with the jaw,
+//! and flesh of the jaw against flesh of the cranium.
+
+use face_rig::rig::{AffineMap, Direction, Parameters, Rig, RigParams};
+use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
+use fem_assembly::{
+    AssemblyBuilder, ContactPoint, Dofs, FleshContact, FleshContactParams, Obstacle, RigidContact,
+    RigidContactParams, RigidFrame, RigidSurface,
+};
+use fem_materials::StableNeoHookean;
+
+const FLESH: StableNeoHookean = StableNeoHookean {
+    mu: 1e4,
+    lambda: 4e4,
+};
+
+fn params() -> RigParams {
+    let mut params = RigParams::default();
+    params.newton.gradient_tolerance = 1e-12;
+    params
+}
+
+/// Flesh on a fixed plate (z = 0); above it, on the jaw's plate, a ball that touches it.
+fn under_a_ball() -> Rig {
+    let mesh = kuhn_grid(4, 4, 2, [0.04, 0.04, 0.02]).unwrap();
+    let mut nodes = mesh.nodes().to_vec();
+    // The jaw: one element far above.
+    let first = nodes.len() as u32;
+    for p in [
+        [0.0, 0.0, 0.06],
+        [0.04, 0.0, 0.06],
+        [0.0, 0.04, 0.06],
+        [0.0, 0.0, 0.1],
+    ] {
+        nodes.push(p);
+    }
+    let jaw: Vec<usize> = (0..4).map(|k| first as usize + k).collect();
+    let faces = mesh.boundary().faces;
+    let mut elements = mesh.connectivity().to_vec();
+    elements.extend(first..first + 4);
+    let mesh = SimplexMesh::new(nodes, elements).unwrap();
+    let rest = mesh.nodes();
+    let held: Vec<usize> = (0..rest.len())
+        .filter(|&n| rest[n][2] == 0.0 || rest[n][2] > 0.05)
+        .collect();
+    let ball = Obstacle::Sphere {
+        center: [0.021, 0.018, 0.0305],
+        radius: 0.01,
+    };
+    let frame = RigidFrame::new(rest, &jaw).unwrap();
+    let points = ContactPoint::on_faces(&mesh, &faces);
+    let hard = RigidContactParams {
+        activation: 1e-3,
+        pressure: 1e4,
+        depth: 8e-3,
+    };
+    let contact = RigidContact::new(
+        RigidSurface::Implicit(ball),
+        Some(frame),
+        points,
+        rest,
+        hard,
+    )
+    .unwrap();
+    let dofs = Dofs::with_prescribed_nodes(rest, &held).unwrap();
+    let builder = AssemblyBuilder::new(&mesh, dofs)
+        .unwrap()
+        .material(FLESH)
+        .unwrap();
+    let assembly = builder.term(contact).unwrap().build().unwrap();
+    Rig::new(assembly, &jaw, params()).unwrap()
+}
+
+/// Two blocks, on the cranium's and on the jaw's plate, 2 mm apart.
+fn between_blocks() -> Rig {
+    let low = kuhn_grid(4, 4, 2, [0.04, 0.04, 0.02]).unwrap();
+    let high = kuhn_grid(3, 3, 2, [0.03, 0.03, 0.02]).unwrap();
+    let (s, c) = 0.3_f64.sin_cos();
+    let moved = high.nodes().iter().map(|p| {
+        [
+            0.008 + c * p[0] - s * p[1],
+            0.001 + s * p[0] + c * p[1],
+            0.022 + p[2],
+        ]
+    });
+    let nodes: Vec<[f64; 3]> = low.nodes().iter().copied().chain(moved).collect();
+    let first = low.num_nodes() as u32;
+    let above = high.connectivity().iter().map(|n| n + first);
+    let elements = low.connectivity().iter().copied().chain(above).collect();
+    let mesh = SimplexMesh::new(nodes, elements).unwrap();
+    let rest = mesh.nodes();
+    let jaw: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] > 0.0415).collect();
+    let cranium: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == 0.0).collect();
+    let soft = FleshContactParams {
+        activation: 1e-3,
+        pressure: 1e4,
+        depth: 6e-3,
+        margin: 4e-3,
+        neighbors: 2,
+    };
+    let contact = FleshContact::new(&mesh, &mesh.boundary().faces, soft).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(rest, &[cranium, jaw.clone()].concat()).unwrap();
+    let builder = AssemblyBuilder::new(&mesh, dofs)
+        .unwrap()
+        .material(FLESH)
+        .unwrap();
+    let assembly = builder.term(contact).unwrap().build().unwrap();
+    Rig::new(assembly, &jaw, params()).unwrap()
+}
+
+fn pose(down: f64) -> Parameters {
+    let mut pose = Parameters::rest(0);
+    pose.jaw.translation = [0.0004, -0.0003, -down];
+    pose.jaw.matrix[0][1] = 0.02;
+    pose
+}
+
+fn columns_hold(rig: &mut Rig, at: &Parameters) {
+    let x = rig.solve(at).unwrap().positions();
+    let moved = x
+        .iter()
+        .zip(rig.assembly().rest())
+        .map(|(x, r)| (x[2] - r[2]).abs());
+    let free = |n: &usize| rig.assembly().dofs().row(*n).is_some();
+    let largest = moved
+        .enumerate()
+        .filter(|(n, _)| free(n))
+        .map(|(_, d)| d)
+        .fold(0.0, f64::max);
+    assert!(largest > 5e-4, "nothing touches: {largest}");
+    let directions: Vec<Direction> = [2, 6, 11]
+        .map(|k| Direction::Jaw(AffineMap::unit(k)))
+        .to_vec();
+    let columns = rig.sensitivity().unwrap().columns(&directions);
+    for (direction, column) in directions.iter().zip(&columns) {
+        let Direction::Jaw(d) = direction else {
+            continue;
+        };
+        let h = 1e-6;
+        let mut solve = |t: f64| {
+            let (a, b) = (at.jaw.to_array(), d.to_array());
+            let mut shifted = at.clone();
+            shifted.jaw = AffineMap::from_array(std::array::from_fn(|k| a[k] + t * b[k]));
+            rig.solve(&shifted).unwrap().positions()
+        };
+        let (high, low) = (solve(h), solve(-h));
+        let top = column
+            .as_flattened()
+            .iter()
+            .fold(0.0_f64, |m, v| m.max(v.abs()));
+        assert!(top > 0.01, "{top}");
+        for n in 0..x.len() {
+            for i in 0..3 {
+                let slope = (high[n][i] - low[n][i]) / (2.0 * h);
+                assert!(
+                    (slope - column[n][i]).abs() < 1e-6 * top,
+                    "{slope} {}",
+                    column[n][i]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn columns_hold_under_a_ball_that_moves_with_the_jaw() {
+    columns_hold(&mut under_a_ball(), &pose(0.003));
+}
+
+#[test]
+fn columns_hold_where_flesh_presses_flesh() {
+    columns_hold(&mut between_blocks(), &pose(0.004));
+}

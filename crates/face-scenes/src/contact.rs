@@ -1,0 +1,355 @@
+//! What the flesh of a scene touches: bones and eyeballs that it may not enter, and itself.
+
+use super::load::Place;
+use super::{SceneError, json};
+use face_rig::anatomy::{Bone, Bones, EmbeddedPoint};
+use fem_assembly::mesh::{MeshFile, SimplexMesh};
+use fem_assembly::{
+    AssemblyBuilder, AssemblyError, ContactPoint, FleshContact, FleshContactParams, Obstacle,
+    RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// How far from a solid flesh lies at rest that may come to touch it, meters.
+const TRAVEL: f64 = 0.03;
+
+/// Field `contact` of a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactSpec {
+    /// What flesh may not enter.
+    #[serde(default)]
+    pub solids: Vec<SolidSpec>,
+    /// The gap below which solids push, in the scene's unit; 0.5 mm by default.
+    #[serde(default)]
+    pub activation: Option<f64>,
+    /// The pressure where flesh touches a solid, pascals; 100 kPa by default.
+    #[serde(default)]
+    pub pressure: Option<f64>,
+    /// How much deeper than at rest flesh can be in a solid at all, in the scene's unit; 1.5 mm by
+    /// default. It should be less than half of the thinnest solid.
+    #[serde(default)]
+    pub depth: Option<f64>,
+    /// Distance of the samples of triangle surfaces, in the scene's unit; 1 mm by default.
+    #[serde(default)]
+    pub spacing: Option<f64>,
+    /// Does flesh push flesh away? Not by default.
+    #[serde(default)]
+    pub flesh: bool,
+}
+
+/// A rigid solid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolidSpec {
+    /// Its form.
+    pub shape: ShapeSpec,
+    /// The bone that it moves with; the cranium by default.
+    #[serde(default)]
+    pub moves_with: MovesWith,
+}
+
+/// A bone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MovesWith {
+    /// The skull.
+    #[default]
+    Cranium,
+    /// The lower jaw.
+    Jaw,
+}
+
+/// The form of a solid; lengths in the scene's unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ShapeSpec {
+    /// A surface of triangles in a VTU or VTK file: all, or those whose corners all have a label in
+    /// a point data array of whole numbers. Parts may overlap; holes are closed.
+    Triangles {
+        /// The file.
+        file: PathBuf,
+        /// The array.
+        #[serde(default)]
+        array: Option<String>,
+        /// The label.
+        #[serde(default)]
+        label: Option<i64>,
+    },
+    /// A JSON file with `eyeballs.NAME.centre_m` and `radius_m`, meters whatever the scene's `scale`.
+    Eyeballs(PathBuf),
+    /// A ball.
+    Sphere {
+        /// Its center.
+        center: [f64; 3],
+        /// Its radius.
+        radius: f64,
+    },
+    /// All points nearer than the radius to a segment.
+    Capsule {
+        /// The segment's ends.
+        ends: [[f64; 3]; 2],
+        /// The radius.
+        radius: f64,
+    },
+    /// A box along the axes.
+    Box {
+        /// Lowest corner.
+        min: [f64; 3],
+        /// Highest corner.
+        max: [f64; 3],
+    },
+    /// What is behind a plane.
+    HalfSpace {
+        /// A point of the plane.
+        point: [f64; 3],
+        /// Unit normal out of the solid.
+        normal: [f64; 3],
+    },
+}
+
+/// What flesh touches.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contact {
+    /// What it may not enter.
+    pub solids: Vec<Solid>,
+    /// How hard these push.
+    pub params: RigidContactParams,
+    /// How surfaces of flesh push each other, if they do.
+    pub flesh: Option<FleshContactParams>,
+}
+
+/// A rigid solid in its place at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// Its surface.
+    pub surface: RigidSurface,
+    /// The bone that it moves with: cranium or jaw.
+    pub moves_with: Bone,
+    /// The lowest and the highest corner of a box around it, meters.
+    pub bounds: [[f64; 3]; 2],
+}
+
+pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneError> {
+    let defaults = RigidContactParams::default();
+    let length = |given: Option<f64>, otherwise: f64| given.map_or(otherwise, |v| v * place.scale);
+    let params = RigidContactParams {
+        activation: length(spec.activation, defaults.activation),
+        pressure: spec.pressure.unwrap_or(defaults.pressure),
+        depth: length(spec.depth, defaults.depth),
+    };
+    let spacing = length(spec.spacing, 1e-3);
+    for (field, value) in [
+        ("contact.activation", params.activation),
+        ("contact.pressure", params.pressure),
+        ("contact.depth", params.depth),
+        ("contact.spacing", spacing),
+    ] {
+        if !(value > 0.0 && value < f64::INFINITY) {
+            return Err(place.field(field, format!("{value} must be finite and above 0")));
+        }
+    }
+    let mut solids = Vec::new();
+    for (k, solid) in spec.solids.iter().enumerate() {
+        let field = format!("contact.solids[{k}]");
+        let moves_with = match solid.moves_with {
+            MovesWith::Cranium => Bone::Cranium,
+            MovesWith::Jaw => Bone::Jaw,
+        };
+        let shapes = shapes(place, &field, &solid.shape, spacing, params.activation)?;
+        solids.extend(shapes.into_iter().map(|(surface, bounds)| Solid {
+            surface,
+            moves_with,
+            bounds,
+        }));
+    }
+    let flesh = spec.flesh.then(FleshContactParams::default);
+    Ok(Contact {
+        solids,
+        params,
+        flesh,
+    })
+}
+
+type Shape = (RigidSurface, [[f64; 3]; 2]);
+
+fn shapes(
+    place: &Place,
+    field: &str,
+    spec: &ShapeSpec,
+    spacing: f64,
+    activation: f64,
+) -> Result<Vec<Shape>, SceneError> {
+    let meters = |x: &[f64; 3]| x.map(|c| c * place.scale);
+    let implicit = match spec {
+        ShapeSpec::Triangles { file, array, label } => {
+            let path = place.file(file);
+            let chosen = match (array, label) {
+                (Some(array), Some(label)) => Some((array.as_str(), *label)),
+                (None, None) => None,
+                _ => {
+                    let reason =
+                        "\"array\" and \"label\" choose triangles together; give both or none";
+                    return Err(place.field(format!("{field}.shape.triangles"), reason));
+                }
+            };
+            return Ok(vec![triangles(place, &path, chosen, spacing, activation)?]);
+        }
+        ShapeSpec::Eyeballs(file) => return eyeballs(&place.file(file)),
+        ShapeSpec::Sphere { center, radius } => Obstacle::Sphere {
+            center: meters(center),
+            radius: radius * place.scale,
+        },
+        ShapeSpec::Capsule { ends, radius } => Obstacle::Capsule {
+            ends: [meters(&ends[0]), meters(&ends[1])],
+            radius: radius * place.scale,
+        },
+        ShapeSpec::Box { min, max } => Obstacle::Box {
+            min: meters(min),
+            max: meters(max),
+        },
+        ShapeSpec::HalfSpace { point, normal } => Obstacle::HalfSpace {
+            point: meters(point),
+            normal: *normal,
+        },
+    };
+    implicit
+        .check(1e-3)
+        .map_err(|e| place.field(format!("{field}.shape"), e.to_string()))?;
+    Ok(vec![(RigidSurface::Implicit(implicit), bounds(&implicit))])
+}
+
+fn bounds(surface: &Obstacle<3>) -> [[f64; 3]; 2] {
+    let around =
+        |low: [f64; 3], high: [f64; 3], by: f64| [low.map(|c| c - by), high.map(|c| c + by)];
+    match surface {
+        Obstacle::Sphere { center, radius } => around(*center, *center, *radius),
+        Obstacle::Capsule {
+            ends: [a, b],
+            radius,
+        } => around(
+            std::array::from_fn(|i| a[i].min(b[i])),
+            std::array::from_fn(|i| a[i].max(b[i])),
+            *radius,
+        ),
+        Obstacle::Box { min, max } => [*min, *max],
+        Obstacle::HalfSpace { .. } => [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]],
+    }
+}
+
+fn triangles(
+    place: &Place,
+    path: &Path,
+    chosen: Option<(&str, i64)>,
+    spacing: f64,
+    activation: f64,
+) -> Result<Shape, SceneError> {
+    let file = MeshFile::read(path)?;
+    let mut triangles = file.triangles()?;
+    if let Some((array, label)) = chosen {
+        let labels = file.point_integers(array)?;
+        triangles.retain(|t| t.iter().all(|&n| labels[n as usize] == label));
+        if triangles.is_empty() {
+            let reason = format!("no triangle has corners of label {label} alone");
+            let place = format!("point data array \"{array}\"");
+            return Err(SceneError::invalid(path, place, reason));
+        }
+    }
+    let points: Vec<[f64; 3]> = file
+        .points
+        .iter()
+        .map(|p| p.map(|c| c * place.scale))
+        .collect();
+    let sampled = SampledDistance::new(&points, &triangles, spacing, activation)
+        .map_err(|e| SceneError::invalid(path, "triangles", e.to_string()))?;
+    let corners = || triangles.as_flattened().iter().map(|&n| points[n as usize]);
+    let least = |i: usize| corners().map(|p| p[i]).fold(f64::INFINITY, f64::min);
+    let most = |i: usize| corners().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max);
+    let bounds = [std::array::from_fn(least), std::array::from_fn(most)];
+    Ok((RigidSurface::Sampled(Arc::new(sampled)), bounds))
+}
+
+/// Other fields of the file are of no concern here.
+#[derive(Deserialize)]
+struct EyeballFile {
+    eyeballs: BTreeMap<String, Eyeball>,
+}
+#[derive(Deserialize)]
+struct Eyeball {
+    centre_m: [f64; 3],
+    radius_m: f64,
+}
+
+fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
+    let read: EyeballFile = json::read(path)?;
+    let ball = |(name, eye): (String, Eyeball)| {
+        let ball = Obstacle::Sphere {
+            center: eye.centre_m,
+            radius: eye.radius_m,
+        };
+        ball.check(1e-3)
+            .map_err(|e| SceneError::invalid(path, format!("eyeballs.{name}"), e.to_string()))?;
+        Ok((RigidSurface::Implicit(ball), bounds(&ball)))
+    };
+    read.eyeballs.into_iter().map(ball).collect()
+}
+
+impl Contact {
+    /// Adds a term for each solid, and one for the flesh itself.
+    pub(super) fn add_to(
+        &self,
+        mut builder: AssemblyBuilder<3>,
+        mesh: &SimplexMesh<3>,
+        bones: &Bones,
+        embedding: &BTreeMap<u32, EmbeddedPoint>,
+    ) -> Result<AssemblyBuilder<3>, AssemblyError> {
+        if self.solids.is_empty() && self.flesh.is_none() {
+            return Ok(builder);
+        }
+        let free = |n: u32| bones.of_node()[n as usize] == Bone::Free;
+        let faces = mesh.boundary().faces.into_iter();
+        let faces: Vec<[u32; 3]> = faces.filter(|f| f.iter().any(|&n| free(n))).collect();
+        if !self.solids.is_empty() {
+            let carried = embedding.values().map(|p| (p.nodes, p.weights));
+            let mut points = ContactPoint::carried(mesh, &faces, carried);
+            points.retain(|p| p.nodes.iter().any(|&n| free(n as u32)));
+            for solid in &self.solids {
+                builder = builder.term(solid.term(&points, mesh, bones, self.params)?)?;
+            }
+        }
+        match self.flesh {
+            Some(params) => builder.term(FleshContact::new(mesh, &faces, params)?),
+            None => Ok(builder),
+        }
+    }
+}
+
+impl Solid {
+    fn term(
+        &self,
+        points: &[ContactPoint],
+        mesh: &SimplexMesh<3>,
+        bones: &Bones,
+        params: RigidContactParams,
+    ) -> Result<RigidContact, AssemblyError> {
+        let rest = mesh.nodes();
+        let [low, high] = self.bounds;
+        let near = |p: &&ContactPoint| {
+            let x = p.position(rest);
+            (0..3).all(|i| x[i] > low[i] - TRAVEL && x[i] < high[i] + TRAVEL)
+        };
+        let near: Vec<ContactPoint> = points.iter().filter(near).copied().collect();
+        let frame = if self.moves_with == Bone::Jaw {
+            let taken: BTreeSet<usize> = near.iter().flat_map(|p| p.nodes).collect();
+            let jaw = bones.jaw.iter().map(|&n| n as usize);
+            let untouched: Vec<usize> = jaw.filter(|n| !taken.contains(n)).collect();
+            Some(RigidFrame::new(rest, &untouched)?)
+        } else {
+            None
+        };
+        RigidContact::new(self.surface.clone(), frame, near, rest, params)
+    }
+}

@@ -1,0 +1,349 @@
+//! Flesh against a rigid solid: teeth, bones, eyeballs.
+
+use super::distance::{Jet, SampledDistance};
+use super::frame::{Placed, RigidFrame};
+use super::geometry::{add, norm, scale, sub};
+use super::points::ContactPoint;
+use crate::builder::UNIT_TOLERANCE;
+use crate::configuration::Configuration;
+use crate::error::AssemblyError;
+use crate::sink::{EnergySink, GradientSink, HessianSink};
+use crate::term::{Stencils, Term};
+use fem_kinematics::{ImplicitSurface, Mat, UnusableSurface};
+use fem_materials::HessianProjection;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Looks at the distance along one step.
+const MOST_ADVANCES: usize = 200;
+
+/// What flesh may not enter, in its place at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RigidSurface {
+    /// A sphere, capsule, box or half-space.
+    Implicit(ImplicitSurface<3>),
+    /// A surface of triangles.
+    Sampled(Arc<SampledDistance>),
+}
+
+/// How hard a rigid solid pushes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidContactParams {
+    /// d̂: the gap below which it pushes, meters; less where flesh is nearer at rest.
+    pub activation: f64,
+    /// The pressure at touch, pascals; four times that at a depth of d̂.
+    pub pressure: f64,
+    /// How much deeper than at rest a point may be, meters: beyond it the energy is +∞, so that no
+    /// step leads through a thin solid. ∞ for starts from deep inside.
+    pub depth: f64,
+}
+
+/// For a face: d̂ = 0.5 mm, 100 kPa, depth 1.5 mm.
+impl Default for RigidContactParams {
+    fn default() -> Self {
+        Self {
+            activation: 0.5e-3,
+            pressure: 1e5,
+            depth: 1.5e-3,
+        }
+    }
+}
+
+/// A rigid solid, fixed or moved with a bone, that pushes points of the flesh out.
+///
+/// E = Σ p̂ A ℓ/3 ((d − g)/ℓ)³ over points with a gap g = φ(X) < d, where X is where the point would
+/// be at rest if it moved with the bone ([`RigidFrame`]), ℓ = d̂ and d = min(d̂, g at rest): nothing
+/// pushes at rest, not even where flesh lies inside the solid (g < 0) there. Twice continuously
+/// differentiable where φ is. The bone's nodes are part of the stencils, so a motion of the bone acts
+/// on the flesh through them, and derivatives by it need nothing else.
+///
+/// A projection acts on what couples the flesh and leaves out what couples it with the bone's nodes.
+#[derive(Clone, Debug)]
+pub struct RigidContact {
+    surface: RigidSurface,
+    frame: Option<RigidFrame>,
+    points: Vec<ContactPoint>,
+    /// d of each point, meters.
+    distances: Vec<f64>,
+    params: RigidContactParams,
+}
+
+impl RigidSurface {
+    fn distance(&self, x: [f64; 3]) -> f64 {
+        match self {
+            Self::Implicit(surface) => surface.distance(&x),
+            Self::Sampled(_) if x.iter().any(|c| c.is_nan()) => f64::NAN,
+            Self::Sampled(sampled) => sampled.value(x).unwrap_or(f64::INFINITY),
+        }
+    }
+    fn jet(&self, x: [f64; 3]) -> Option<Jet> {
+        match self {
+            Self::Implicit(surface) => Some(Jet {
+                value: surface.distance(&x),
+                gradient: surface.normal(&x),
+                hessian: surface.curvature(&x),
+            }),
+            Self::Sampled(sampled) => sampled.jet(x),
+        }
+    }
+}
+
+/// What one point feels.
+struct Touch {
+    energy: f64,
+    /// ψ'(φ), newtons.
+    slope: f64,
+    /// ψ''(φ), N/m.
+    stiffness: f64,
+    jet: Jet,
+    /// −bₖ of the bone's nodes.
+    bone: [f64; 4],
+}
+
+impl RigidContact {
+    /// The solid moves with `frame`, or not at all. Points that come with the solid at rest are no
+    /// matter; those of `points` that can never reach it cost a look at the distance each.
+    ///
+    /// # Errors
+    /// When a number is not positive or not finite, the solid makes no sense, a node does not exist,
+    /// or an element of a point holds a node of the frame.
+    pub fn new(
+        surface: RigidSurface,
+        frame: Option<RigidFrame>,
+        points: Vec<ContactPoint>,
+        rest: &[[f64; 3]],
+        params: RigidContactParams,
+    ) -> Result<Self, AssemblyError> {
+        for (what, value) in [
+            ("activation", params.activation),
+            ("pressure", params.pressure),
+        ] {
+            if !(value > 0.0 && value < f64::INFINITY) {
+                return Err(AssemblyError::UnusableContact { what, value });
+            }
+        }
+        let (what, value) = ("depth", params.depth);
+        if !(value > 0.0) {
+            return Err(AssemblyError::UnusableContact { what, value });
+        }
+        if let RigidSurface::Implicit(surface) = &surface {
+            let unusable = |UnusableSurface { what, value, .. }| AssemblyError::UnusableContact {
+                what,
+                value,
+            };
+            surface.check(UNIT_TOLERANCE).map_err(unusable)?;
+        }
+        let count = rest.len();
+        let mut named = points.iter().flat_map(|p| p.nodes);
+        if let Some(node) = named.find(|&n| n >= count) {
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
+        let of = |p: &ContactPoint| {
+            let gap = surface.distance(p.position(rest));
+            params.activation.min(gap)
+        };
+        let distances = points.iter().map(of).collect();
+        Ok(Self {
+            surface,
+            frame,
+            points,
+            distances,
+            params,
+        })
+    }
+
+    /// How much deeper points are in the solid than at rest, at most; meters, 0 where none is.
+    pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
+        let placed = self.placed(positions);
+        let depth = |(p, d): (&ContactPoint, &f64)| {
+            let gap = self.surface.distance(placed.at_rest(p.position(positions)));
+            d.min(0.0) - gap
+        };
+        let depths = self.points.iter().zip(&self.distances).map(depth);
+        depths.fold(0.0, f64::max)
+    }
+
+    fn placed(&self, positions: &[[f64; 3]]) -> Placed {
+        self.frame
+            .map_or(Placed::FIXED, |frame| frame.placed(positions))
+    }
+
+    /// (d − g)/ℓ where a point is near enough, and its place at rest; NaN is near.
+    fn near(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<(f64, [f64; 3])> {
+        let x = placed.at_rest(self.points[s].position(positions));
+        let lack = (self.distances[s] - self.surface.distance(x)) / self.params.activation;
+        (!(lack <= 0.0)).then_some((lack, x))
+    }
+
+    /// The gap below which nothing may come.
+    fn least_gap(&self, s: usize) -> f64 {
+        self.distances[s].min(0.0) - self.params.depth
+    }
+
+    fn energy_of(&self, s: usize, lack: f64) -> f64 {
+        let RigidContactParams {
+            activation,
+            pressure,
+            ..
+        } = self.params;
+        if self.distances[s] - activation * lack < self.least_gap(s) {
+            return f64::INFINITY;
+        }
+        pressure * self.points[s].area * activation / 3.0 * lack * lack * lack
+    }
+
+    /// The t at which a point that starts at x (at rest) and moves by `way` comes too deep; ∞ where
+    /// that is after t = 1. φ changes by no more than the way, so steps of the room that is left
+    /// never jump over a solid (conservative advancement; Mirtich 1996).
+    fn reaches(&self, x: [f64; 3], way: [f64; 3], least: f64) -> f64 {
+        let length = norm(way);
+        let mut t = 0.0;
+        for _ in 0..MOST_ADVANCES {
+            let gap = self.surface.distance(add(x, scale(way, t)));
+            // Nothing is known farther away than what is sampled, but that it is not near.
+            let room = if gap == f64::INFINITY {
+                self.params.activation
+            } else {
+                gap - least
+            };
+            if !(room > 0.02 * self.params.depth) {
+                return t;
+            }
+            t += 0.9 * room / length;
+            if t >= 1.0 {
+                return f64::INFINITY;
+            }
+        }
+        t
+    }
+
+    fn touch(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<Touch> {
+        let (lack, x) = self.near(placed, positions, s)?;
+        let RigidContactParams {
+            activation,
+            pressure,
+            ..
+        } = self.params;
+        let force = pressure * self.points[s].area;
+        Some(Touch {
+            energy: self.energy_of(s, lack),
+            slope: -force * lack * lack,
+            stiffness: 2.0 * force * lack / activation,
+            jet: self.surface.jet(x)?,
+            bone: placed.barycentric(x).map(|b| -b),
+        })
+    }
+
+    fn vertices(&self) -> usize {
+        if self.frame.is_some() { 8 } else { 4 }
+    }
+
+    /// How much vertex k of a stencil moves its point against the bone.
+    fn share(&self, s: usize, touch: &Touch, k: usize) -> f64 {
+        if k < 4 {
+            self.points[s].weights[k]
+        } else {
+            touch.bone[k - 4]
+        }
+    }
+}
+
+impl Term<3> for RigidContact {
+    fn stencils(&self) -> Stencils {
+        let own = self.points.iter().map(|p| p.nodes);
+        match self.frame {
+            None => Stencils::new(own),
+            Some(frame) => Stencils::new(own.map(|[a, b, c, d]| {
+                let [e, f, g, h] = frame.nodes();
+                [a, b, c, d, e, f, g, h]
+            })),
+        }
+    }
+    fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
+        let placed = self.placed(at.positions());
+        for s in stencils {
+            let near = self.near(&placed, at.positions(), s);
+            sink.energy(s, near.map_or(0.0, |(lack, _)| self.energy_of(s, lack)));
+        }
+    }
+    fn gradient(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut GradientSink<3>) {
+        let placed = self.placed(at.positions());
+        for s in stencils {
+            let Some(touch) = self.touch(&placed, at.positions(), s) else {
+                continue;
+            };
+            sink.energy(s, touch.energy);
+            let pull = placed
+                .inverse
+                .tr_mul_vec(touch.jet.gradient)
+                .map(|g| touch.slope * g);
+            for k in 0..self.vertices() {
+                let share = self.share(s, &touch, k);
+                sink.add(s, k, pull.map(|f| share * f));
+            }
+        }
+    }
+    fn hessian(
+        &self,
+        at: Configuration<3>,
+        projection: HessianProjection,
+        stencils: Range<usize>,
+        sink: &mut HessianSink<3>,
+    ) {
+        let placed = self.placed(at.positions());
+        let gradients = placed.moved_gradients();
+        for s in stencils {
+            let Some(touch) = self.touch(&placed, at.positions(), s) else {
+                continue;
+            };
+            let normal = placed.inverse.tr_mul_vec(touch.jet.gradient);
+            let bent = touch.jet.hessian * placed.inverse;
+            let curved = placed.inverse.tr_mul(&bent).scale(touch.slope);
+            let own = Mat::outer(normal, normal).scale(touch.stiffness) + curved;
+            let own = projection.matrix(&own);
+            // ∂²X = −M⁻¹ (∂M ∂X + ∂M ∂X): the bone's nodes turn what a motion means.
+            let pull = normal.map(|n| touch.slope * n);
+            let turned = |k: usize| (k >= 4).then(|| Mat::outer(pull, gradients[k - 4]));
+            for a in 0..self.vertices() {
+                for b in 0..=a {
+                    let (of_a, of_b) = (self.share(s, &touch, a), self.share(s, &touch, b));
+                    let mut block = own.scale(of_a * of_b);
+                    if projection == HessianProjection::None {
+                        if let Some(turned) = turned(a) {
+                            block = block - turned.scale(of_b);
+                        }
+                        if let Some(turned) = turned(b) {
+                            block = block - turned.transpose().scale(of_a);
+                        }
+                    }
+                    sink.add(s, a, b, block.0);
+                }
+            }
+        }
+    }
+    fn largest_step(
+        &self,
+        at: Configuration<3>,
+        displacement: &[[f64; 3]],
+        stencils: Range<usize>,
+    ) -> f64 {
+        if self.params.depth == f64::INFINITY {
+            return f64::INFINITY;
+        }
+        let placed = self.placed(at.positions());
+        let mut least = f64::INFINITY;
+        for s in stencils {
+            let point = &self.points[s];
+            let x = placed.at_rest(point.position(at.positions()));
+            let mut way = point.position(displacement);
+            if let Some(frame) = self.frame {
+                for (node, share) in frame.nodes().into_iter().zip(placed.barycentric(x)) {
+                    way = sub(way, scale(displacement[node], share));
+                }
+            }
+            let way = placed.inverse.mul_vec(way);
+            least = least.min(self.reaches(x, way, self.least_gap(s)));
+        }
+        least
+    }
+}
