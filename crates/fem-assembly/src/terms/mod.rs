@@ -1,5 +1,6 @@
 //! The kinds of energy, one to a file; none knows of another.
 
+mod cavity;
 mod contact;
 mod elastic;
 mod fibers;
@@ -8,10 +9,14 @@ mod mean_volume;
 mod nodal_loads;
 mod obstacle;
 mod scaled;
+mod springs;
+mod surface_loads;
 
+pub use cavity::Cavity;
 pub use contact::{FleshContact, FleshContactParams};
 pub use fibers::Fiber;
 pub use gravity::Gravity;
 pub use nodal_loads::NodalLoads;
 pub use obstacle::{Obstacle, Penalty};
 pub use scaled::Scaled;
+pub use springs::{Spring, Springs};
