@@ -3,9 +3,9 @@
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    Assembly, AssemblyBuilder, AssemblyError, Configuration, Dofs, EnergySink, Fiber, GradientSink,
-    Cavity, Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Spring, Springs, Stencils,
-    Term, VolumePatches,
+    Assembly, AssemblyBuilder, AssemblyError, Cavity, Configuration, Dofs, EnergySink, Fiber,
+    GradientSink, Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Spring, Springs,
+    Stencils, Term, VolumePatches,
 };
 use fem_kinematics::Mat;
 use fem_materials::curves::PhysBam;
@@ -116,8 +116,21 @@ fn fibers(mesh: &SimplexMesh<3>) -> Vec<Fiber> {
 
 const CONTROLS: [f64; 9] = [0.3, 0.8, 0.5, 1.5, -0.7, 0.4, 0.6, -0.2, 90.0];
 const NAMES: [&str; 15] = [
-    "elastic", "fibers", "obstacle", "loads", "gravity", "strings", "edges", "nodes", "scaled",
-    "strength", "stiffness", "springs", "inside", "capped", "mantle",
+    "elastic",
+    "fibers",
+    "obstacle",
+    "loads",
+    "gravity",
+    "strings",
+    "edges",
+    "nodes",
+    "scaled",
+    "strength",
+    "stiffness",
+    "springs",
+    "inside",
+    "capped",
+    "mantle",
 ];
 
 fn flesh() -> NeoHookean {

@@ -115,7 +115,8 @@ impl<const D: usize, const V: usize> Term<D> for Springs<D, V> {
             } = &self.0[s];
             for a in 0..V {
                 for b in 0..=a {
-                    let block = Mat::<f64, D>::identity().scale(stiffness * weights[a] * weights[b]);
+                    let block =
+                        Mat::<f64, D>::identity().scale(stiffness * weights[a] * weights[b]);
                     sink.add(s, a, b, block.0);
                 }
             }
