@@ -7,8 +7,8 @@ use crate::plan::{Chunk, Piece, Summand, Work};
 use crate::rest::RestElements;
 use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Target, pair};
 use fem_materials::HessianProjection;
+use fem_solvers::parallel::map;
 use fem_solvers::{BlockPattern, BlockSymmetric};
-use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
 /// A mesh with the terms of its energy, ready to be evaluated in any configuration.
@@ -207,7 +207,7 @@ impl<const D: usize> Assembly<D> {
             pieces.push((chunk, piece));
             rest = tail;
         }
-        pieces.into_par_iter().for_each(|(chunk, values)| {
+        map::<_, (), ()>(pieces, |(chunk, values)| {
             values.fill([[0.0; D]; D]);
             for (summand, work) in self.summands.iter().zip(&chunk.works) {
                 let pairs = pair(summand.stencils.vertices, 0);
@@ -316,7 +316,7 @@ impl<const D: usize> Assembly<D> {
             }
             energies
         };
-        pieces.into_par_iter().map(of_chunk).collect()
+        map(pieces, of_chunk)
     }
 
     /// Runs `work` on every stencil; every node has a row.
@@ -394,16 +394,14 @@ impl<const D: usize> Assembly<D> {
             rest = tail;
             done = start + piece.stencils.len();
         }
-        outputs
-            .into_par_iter()
-            .for_each(|(summand, stencils, energies)| {
-                let mut sink = EnergySink {
-                    first: stencils.start,
-                    scale: 1.0,
-                    energies,
-                };
-                summand.term.energy(at, stencils, &mut sink);
-            });
+        map::<_, (), ()>(outputs, |(summand, stencils, energies)| {
+            let mut sink = EnergySink {
+                first: stencils.start,
+                scale: 1.0,
+                energies,
+            };
+            summand.term.energy(at, stencils, &mut sink);
+        });
         energies
     }
 

@@ -20,7 +20,7 @@ use std::time::Duration;
 pub struct Rig {
     assembly: Assembly<3>,
     jaw: Vec<u32>,
-    newton: Newton<3>,
+    newton: Newton<'static, 3>,
     params: RigParams,
     solved: Equilibrium,
     tangent: Option<Tangent>,

@@ -13,8 +13,9 @@ use crate::vector::{dot, first_non_finite, norm, norm_inf};
 use std::sync::Arc;
 
 /// Newton's method for one pattern: keeps the ordering, the analysis and all memory between solves.
-pub struct Newton<const D: usize> {
-    workspace: Workspace<D>,
+/// `'d` is what directions of one's own may borrow; without them it is `'static`.
+pub struct Newton<'d, const D: usize> {
+    workspace: Workspace<'d, D>,
 }
 
 /// Roundings of `x` that the sums of a gradient are allowed to amount to.
@@ -159,7 +160,7 @@ impl Target {
     }
 }
 
-impl<const D: usize> Newton<D> {
+impl<'d, const D: usize> Newton<'d, D> {
     /// A solver for every problem with the same pattern as this one.
     pub fn new(problem: &(impl NonlinearProblem<D> + ?Sized)) -> Self {
         Self {
@@ -170,11 +171,17 @@ impl<const D: usize> Newton<D> {
     /// The same with directions of one's own; [`NewtonParams::linear_solver`] is then not asked.
     pub fn with_direction(
         problem: &(impl NonlinearProblem<D> + ?Sized),
-        direction: impl DescentDirection<D> + 'static,
+        direction: impl DescentDirection<D> + 'd,
     ) -> Self {
         let mut newton = Self::new(problem);
         newton.workspace.bring(direction);
         newton
+    }
+
+    /// Makes this a solver for every problem with the pattern of `problem`; directions of one's own
+    /// stay.
+    pub fn renew(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized)) {
+        self.workspace.renew(problem);
     }
 
     /// Minimizes from `x`; `x` becomes the solution.
