@@ -206,6 +206,7 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
             active: vec![0, 1, 2],
             cranium,
             jaw,
+            controls: Vec::new(),
         };
         let truth = [
             0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.001, -0.002, 0.002,

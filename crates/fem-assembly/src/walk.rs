@@ -87,7 +87,7 @@ pub enum WalkError<const D: usize> {
 /// [`WalkError::Stuck`] says how far it came and which element is in the way.
 pub fn solve_walking<const D: usize>(
     assembly: &mut Assembly<D>,
-    newton: &mut Newton<D>,
+    newton: &mut Newton<'_, D>,
     from: Vec<[f64; D]>,
     to: &[[f64; D]],
     controls: &[f64],
@@ -148,17 +148,17 @@ pub fn solve_walking<const D: usize>(
 }
 
 /// The prescribed coordinates on the straight line from start to end.
-struct Way<'a, const D: usize> {
+struct Way<'a, 'n, const D: usize> {
     start: &'a [[f64; D]],
     to: &'a [[f64; D]],
     controls: &'a [f64],
     params: &'a NewtonParams,
-    newton: &'a mut Newton<D>,
+    newton: &'a mut Newton<'n, D>,
     assembly: &'a mut Assembly<D>,
     iterations: usize,
 }
 
-impl<const D: usize> Path for Way<'_, D> {
+impl<const D: usize> Path for Way<'_, '_, D> {
     type State = Vec<[f64; D]>;
     type Error = RenewingError<D>;
 

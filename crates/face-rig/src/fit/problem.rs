@@ -29,7 +29,8 @@ pub struct FitParams {
     pub activation_bounds: Option<[f64; 2]>,
     /// Largest turn of the jaw either way, radians, for a hinged jaw.
     pub jaw_angle_bounds: Option<[f64; 2]>,
-    /// Tikhonov weight w_a of ½ w_a |α|², meters².
+    /// Tikhonov weight w_a of ½ w_a |α|², meters²; also that of each control that varies, from its
+    /// neutral value, in shares of its greatest.
     pub activation_weight: f64,
     /// Tikhonov weight of the head's and the jaw's numbers, meters² over their unit squared.
     pub pose_weight: f64,
@@ -269,8 +270,13 @@ impl Fitter<'_> {
             let place = muscles + map.cranium_numbers();
             (lower[place], upper[place]) = (low, high);
         }
+        let first = map.len() - map.control_numbers();
+        for (place, (_, [low, high], unit)) in (first..).zip(map.varying()) {
+            (lower[place], upper[place]) = (low / unit, high / unit);
+        }
         let mut weights = vec![params.pose_weight; map.len()];
         weights[..muscles].fill(params.activation_weight);
+        weights[first..].fill(params.activation_weight);
         GaussNewtonParams {
             method: params.method,
             damping: params.damping,
@@ -315,6 +321,11 @@ impl Fitter<'_> {
             "muscles of the parametrization",
             self.parametrization.muscles,
             rig.muscles(),
+        )?;
+        same(
+            "controls of the parametrization",
+            self.parametrization.controls.len(),
+            rig.controls(),
         )?;
         same("starting numbers", start.len(), self.parametrization.len())?;
         if !self.weights.is_empty() {
@@ -444,21 +455,22 @@ impl LeastSquares for Problem<'_> {
         self.pose(&parameters)?;
         let (dim, rows) = (self.fitter.observation.dim(), self.residuals());
         let directions = map.directions(q);
-        let weights = self.orthogonality();
+        let (weights, scales) = (self.orthogonality(), map.scales());
         let sensitivity = self.rig.sensitivity()?;
         let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
         let data = sensitivity.jacobian(self.fitter.observation, &directions, route);
-        for ((column, seen), direction) in j
+        for (((column, seen), direction), scale) in j
             .chunks_exact_mut(rows)
             .zip(data.chunks_exact(dim))
             .zip(&directions)
+            .zip(&scales)
         {
             for ((c, d), root) in column.iter_mut().zip(seen).zip(&self.roots) {
-                *c = d * root;
+                *c = scale * d * root;
             }
             let zero = AffineMap::ZERO;
             let (cranium, jaw) = match direction {
-                Direction::Activation(_) => (&zero, &zero),
+                Direction::Activation(_) | Direction::Control(_) => (&zero, &zero),
                 Direction::Cranium(d) => (d, &zero),
                 Direction::Jaw(d) => (&zero, d),
             };
