@@ -9,6 +9,7 @@ use fem_materials::curves::{
 };
 use fem_materials::registry::ModelError;
 use fem_materials::{FiberLaw, Lame, Stretch};
+use std::collections::BTreeMap;
 
 impl Scene {
     /// The flesh as an assembly: the nodes of cranium and jaw prescribed, one activation channel per
@@ -21,29 +22,12 @@ impl Scene {
             .map_err(|(place, reason)| SceneError::invalid(&self.path, place, reason))
     }
 
-    fn assemble(&self) -> Result<Assembly<3>, (&'static str, String)> {
-        let in_mesh = |e: AssemblyError| ("face", e.to_string());
+    fn assemble(&self) -> Result<Assembly<3>, Refusal> {
         let held = self.bones.cranium.iter().chain(&self.bones.jaw);
         let held: Vec<usize> = held.map(|&n| n as usize).collect();
-        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &held).map_err(in_mesh)?;
-        let mut builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
-        let mut bulk = vec![0.0; self.mesh.num_elements()];
-        for (r, region) in self.regions.iter().enumerate() {
-            let of_tet = self.region_of_tet.iter().enumerate();
-            let inside = of_tet.filter(|(_, region)| **region as usize == r);
-            let tets: Vec<usize> = inside.map(|(tet, _)| tet).collect();
-            if !tets.is_empty() {
-                let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
-                let (material, rest) = self.split(&region.material).map_err(in_region)?;
-                tets.iter().for_each(|&tet| bulk[tet] = rest);
-                let added = material.add_to(builder, &tets).map_err(in_region)?;
-                builder = added.map_err(in_mesh)?;
-            }
-        }
-        if bulk.iter().any(|&k| k > 0.0) {
-            let patches = VolumePatches::around_edges(&self.mesh);
-            builder = builder.mean_volume(&patches, &bulk).map_err(in_mesh)?;
-        }
+        let dofs = Dofs::new(self.mesh.nodes(), &held, &self.moved_axes()).map_err(in_mesh)?;
+        let builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
+        let builder = self.with_flesh(builder)?;
         let stretch = match self.fibers.stretch {
             FiberStretch::Total => Stretch::Total,
             FiberStretch::Isochoric => Stretch::Isochoric,
@@ -57,7 +41,46 @@ impl Scene {
                 self.with_fibers(builder, stretch, curve)
             }
         };
+        let builder = self.with_loads(builder.map_err(in_mesh)?);
         builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
+    }
+
+    /// The material of each region, and of all those that no control changes, and of each that one
+    /// does, the volumes of patches.
+    fn with_flesh(&self, mut builder: AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, Refusal> {
+        let mut bulks = vec![(None, vec![0.0; self.mesh.num_elements()])];
+        for (r, region) in self.regions.iter().enumerate() {
+            let of_tet = self.region_of_tet.iter().enumerate();
+            let inside = of_tet.filter(|(_, region)| **region as usize == r);
+            let tets: Vec<usize> = inside.map(|(tet, _)| tet).collect();
+            if !tets.is_empty() {
+                let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
+                let (material, rest) = self.split(&region.material).map_err(in_region)?;
+                let control = self.stiffness_of(r);
+                let mut own = vec![0.0; self.mesh.num_elements()];
+                let bulk = match control {
+                    Some(_) => &mut own,
+                    None => &mut bulks[0].1,
+                };
+                tets.iter().for_each(|&tet| bulk[tet] = rest);
+                bulks.push((control, own));
+                builder = changed(builder, control, |builder| {
+                    let added = material.add_to(builder, &tets).map_err(in_region)?;
+                    added.map_err(in_mesh)
+                })?;
+            }
+        }
+        bulks.retain(|(_, bulk)| bulk.iter().any(|&k| k > 0.0));
+        if bulks.is_empty() {
+            return Ok(builder);
+        }
+        let patches = VolumePatches::around_edges(&self.mesh);
+        for (control, bulk) in bulks {
+            builder = changed(builder, control, |builder| {
+                builder.mean_volume(&patches, &bulk).map_err(in_mesh)
+            })?;
+        }
+        Ok(builder)
     }
 
     /// What the elements are made of, and the bulk modulus (Pa) that is left for the patches.
@@ -70,25 +93,56 @@ impl Scene {
         Ok(softer.map_or((material.clone(), 0.0), |softer| (softer, lambda - mu)))
     }
 
+    /// The fibers of all muscles whose strength stays, and those of each strength that is a control.
     fn with_fibers<C: TensionCurve + Clone + 'static>(
         &self,
-        builder: AssemblyBuilder<3>,
+        mut builder: AssemblyBuilder<3>,
         stretch: Stretch,
         curve: C,
     ) -> Result<AssemblyBuilder<3>, AssemblyError> {
-        let fibers: Vec<Fiber> = self
-            .fiber_field
-            .entries()
-            .iter()
-            .map(|entry| Fiber {
+        let mut by_control: BTreeMap<Option<usize>, Vec<Fiber>> = BTreeMap::new();
+        by_control.insert(None, Vec::new());
+        let controls: Vec<Option<usize>> = (0..self.muscles.len() as u32)
+            .map(|muscle| self.strength_of(muscle))
+            .collect();
+        for entry in self.fiber_field.entries() {
+            let fiber = Fiber {
                 element: entry.tet as usize,
                 control: entry.muscle as usize,
                 direction: entry.direction,
                 max_isometric_stress: self.fibers.sigma_max * entry.weight,
                 optimal_stretch: self.fibers.lambda_ofl,
-            })
-            .collect();
-        builder.fibers(FiberLaw { curve, stretch }, self.muscles.len(), &fibers)
+            };
+            let control = controls[entry.muscle as usize];
+            by_control.entry(control).or_default().push(fiber);
+        }
+        let muscles = self.muscles.len();
+        for (control, fibers) in by_control {
+            let curve = curve.clone();
+            builder = changed(builder, control, |builder| {
+                builder.fibers(FiberLaw { curve, stretch }, muscles, &fibers)
+            })?;
+        }
+        Ok(builder)
+    }
+}
+
+/// The field and the reason.
+type Refusal = (&'static str, String);
+
+fn in_mesh(error: AssemblyError) -> Refusal {
+    ("face", error.to_string())
+}
+
+/// Adds what `add` adds, changed by a control where there is one.
+fn changed<E>(
+    builder: AssemblyBuilder<3>,
+    control: Option<usize>,
+    add: impl FnOnce(AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, E>,
+) -> Result<AssemblyBuilder<3>, E> {
+    match control {
+        Some(control) => builder.changed_by(control, add),
+        None => add(builder),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
+use super::influences::{CavitySpec, LoadSpec, MotionSpec, StiffnessSpec, StrengthSpec};
 use super::material::{Fibers, MaterialSpec};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -28,6 +29,21 @@ pub struct SceneFile {
     /// Which volumes the flesh keeps; those of single elements by default.
     #[serde(default)]
     pub volume: Volume,
+    /// Forces, tractions, pressures, weight and springs.
+    #[serde(default)]
+    pub loads: Vec<LoadSpec>,
+    /// Pressures inside cavities.
+    #[serde(default)]
+    pub cavities: Vec<CavitySpec>,
+    /// Free nodes that are put somewhere.
+    #[serde(default)]
+    pub motions: Vec<MotionSpec>,
+    /// Changes of muscles' strengths.
+    #[serde(default)]
+    pub strengths: Vec<StrengthSpec>,
+    /// Changes of regions' stiffnesses.
+    #[serde(default)]
+    pub stiffnesses: Vec<StiffnessSpec>,
     /// Expressions to fit.
     #[serde(default)]
     pub targets: Option<TargetsSpec>,

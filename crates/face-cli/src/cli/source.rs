@@ -5,7 +5,8 @@ use super::error::Failure;
 use face_rig::fit::{CraniumModel, Parametrization};
 use face_rig::rig::Parameters;
 use face_scenes::builtin::BuiltinFace;
-use face_scenes::{Scene, parse_activations, parse_angle};
+use face_scenes::{Scene, parse_activations, parse_angle, parse_controls};
+use std::collections::BTreeMap;
 
 /// Tetrahedra of `builtin` without a number.
 const BUILTIN_TETS: usize = 20_000;
@@ -51,12 +52,20 @@ pub fn pose(scene: &Scene, typed: &PoseArgs) -> Result<Parameters, Failure> {
         .jaw_shift
         .as_deref()
         .map_or(Ok([0.0; 3]), parse_shift)?;
+    let controls = typed.control.iter().map(String::as_str);
+    let controls = parse_controls(&scene.influences, controls)?;
     let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
     let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
     let mut q = activations;
     q.push(angle);
     q.extend(shift);
-    Ok(map.parameters(&q))
+    Ok(map.parameters(&q).with_controls(controls))
+}
+
+/// The value of every control by its name.
+pub fn named_controls<'s>(scene: &'s Scene, pose: &Parameters) -> BTreeMap<&'s str, f64> {
+    let names = scene.influences.iter().map(|i| i.name.as_str());
+    names.zip(pose.controls.iter().copied()).collect()
 }
 
 fn parse_shift(text: &str) -> Result<[f64; 3], Failure> {

@@ -173,6 +173,10 @@ impl Rig {
     pub fn controls(&self) -> usize {
         self.controls.len()
     }
+    /// The controls that the assembly's energy is given in a pose: activations, then controls of energy.
+    pub fn energy_controls(&self, pose: &Parameters) -> Vec<f64> {
+        self.controls.of_energy(pose)
+    }
     /// The mesh with its materials.
     pub fn assembly(&self) -> &Assembly<3> {
         &self.assembly
