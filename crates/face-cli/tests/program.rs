@@ -153,6 +153,27 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
 }
 
 #[test]
+fn a_folder_belongs_to_one_run_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let arguments = ["simulate", "builtin:4000", "--jaw", "1deg", "--out", "out"];
+    std::fs::create_dir(at.join("out")).unwrap();
+    let path = at.join("out/.face-rig.lock");
+    let other = std::fs::File::create(&path).unwrap();
+    other.lock().unwrap();
+    refused(at, &arguments, 4, &["out", "another run"]);
+    let forced = [&arguments[..], &["--force"]].concat();
+    refused(at, &forced, 4, &["out", "another run"]);
+    // A run that was killed leaves its file, and the system takes its lock.
+    drop(other);
+    assert!(path.exists());
+    let output = face_rig(at, &arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    assert!(!path.exists());
+}
+
+#[test]
 fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -186,7 +207,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     let mut targets = String::from("target,landmark,ict_vertex,x,y,z,weight\n");
     for (name, slide) in [("frame 1", 1e-3), ("frame 2", 2e-3)] {
         for l in &face.landmarks {
-            let rest = l.point.rest_position(&face.mesh);
+            let rest = l.point.position(face.mesh.nodes());
             let [x, y, z] =
                 ["x", "y", "z"].map(|axis| slide * follow(&format!("{},{axis}", l.index)));
             let (x, y, z) = (rest[0] + x, rest[1] + y, rest[2] + z);
@@ -216,7 +237,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         .iter()
         .enumerate()
     {
-        let slide = frame["jaw_slide_mm"][0].as_f64().unwrap();
+        let slide = frame["jaw_pose"]["lateral_mm"].as_f64().unwrap();
         assert!(
             (slide - (k + 1) as f64).abs() < 0.1,
             "frame {k}: {slide} mm"
@@ -238,7 +259,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     );
     let mut millimeters = String::from("target,landmark,ict_vertex,x,y,z\n");
     for l in &face.landmarks {
-        let [x, y, z] = l.point.rest_position(&face.mesh).map(|v| 1e3 * v);
+        let [x, y, z] = l.point.position(face.mesh.nodes()).map(|v| 1e3 * v);
         millimeters += &format!("open,{},0,{x},{y},{z}\n", l.index);
     }
     std::fs::write(at.join("bad.csv"), millimeters).unwrap();

@@ -2,6 +2,7 @@
 
 /// A color map over `[0, 1]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ColorMap {
     /// Dark violet over green to yellow, with lightness rising evenly.
     Violet,

@@ -1,10 +1,11 @@
 //! Controls beside activations: the derivative by each against differences of full re-solves, adjoints
 //! against columns, and a fit that finds a pressure.
 
+use face_rig::anatomy::EmbeddedPoint;
 use face_rig::fit::{ControlModel, CraniumModel, FitParams, Fitter, JawModel, Parametrization};
 use face_rig::rig::{
-    AllNodes, CarriedPoint, CarriedPoints, Control, Direction, Effect, JacobianRoute, Observation,
-    Parameters, Rig, RigError, RigParams,
+    AllNodes, Control, Direction, Effect, EmbeddedPoints, JacobianRoute, Observation, Parameters,
+    Rig, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Cavity, Dofs, Fiber, Gravity, Scaled, VolumePatches};
@@ -173,9 +174,9 @@ fn adjoints_agree_with_columns() {
     rig.solve(&pose()).unwrap();
     let nodes = rig.assembly().rest().len();
     let all = AllNodes { nodes };
-    let some = CarriedPoints(
+    let some = EmbeddedPoints(
         [HELD, 20, 30, 40]
-            .map(|n| CarriedPoint::node(n as u32))
+            .map(|n| EmbeddedPoint::node(n as u32))
             .to_vec(),
     );
     let sensitivity = rig.sensitivity().unwrap();

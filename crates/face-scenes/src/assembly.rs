@@ -1,15 +1,18 @@
 //! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
-use super::format::Volume;
-use super::material::{FiberCurve, FiberStretch, NamedMaterial};
+use super::format::{Inversion, Volume};
+use super::material::{FiberCurve, FiberStretch, NamedMaterial, Region};
 use super::{Scene, SceneError};
+use face_rig::anatomy::FiberEntry;
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
-use fem_materials::curves::{
-    Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve, TensionCurve,
-};
+use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve};
+use fem_materials::inversion::VolumeBarrier;
 use fem_materials::registry::ModelError;
 use fem_materials::{FiberLaw, Lame, Stretch};
 use std::collections::BTreeMap;
+
+/// The share of its volume below which an element is kept from turning inside out.
+const BARRED_BELOW: f64 = 0.2;
 
 impl Scene {
     /// The flesh as an assembly: the nodes of cranium and jaw prescribed, one activation channel per
@@ -27,26 +30,23 @@ impl Scene {
         let held: Vec<usize> = held.map(|&n| n as usize).collect();
         let dofs = Dofs::new(self.mesh.nodes(), &held, &self.moved_axes()).map_err(in_mesh)?;
         let builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
-        let builder = self.with_flesh(builder)?;
-        let stretch = match self.fibers.stretch {
-            FiberStretch::Total => Stretch::Total,
-            FiberStretch::Isochoric => Stretch::Isochoric,
-        };
-        let builder = match &self.fibers.curve {
-            FiberCurve::Physbam => self.with_fibers(builder, stretch, PhysBam::default()),
-            FiberCurve::Blemker => self.with_fibers(builder, stretch, Blemker::default()),
-            FiberCurve::Table { active, passive } => {
-                let curve = table(active, passive);
-                let curve = curve.map_err(|e| ("fibers.curve.table", e.to_string()))?;
-                self.with_fibers(builder, stretch, curve)
-            }
-        };
-        let builder = self.with_loads(builder.map_err(in_mesh)?);
+        let mut builder = self.with_flesh(builder)?;
+        let mut by_control: BTreeMap<Option<usize>, Vec<Fiber>> = BTreeMap::new();
+        by_control.insert(None, Vec::new());
+        for entry in self.fiber_field.entries() {
+            let control = self.strength_of(entry.muscle);
+            let fiber = self.fiber(entry, entry.tet as usize);
+            by_control.entry(control).or_default().push(fiber);
+        }
+        for (control, fibers) in by_control {
+            builder = changed(builder, control, |b| self.with_fibers(b, &fibers))?;
+        }
+        let builder = self.with_loads(builder);
         builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
     }
 
-    /// The material of each region, and of all those that no control changes, and of each that one
-    /// does, the volumes of patches.
+    /// The material of each region with its barrier, and the volumes of patches: of all regions that no
+    /// control changes together, and of each that one does.
     fn with_flesh(&self, mut builder: AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, Refusal> {
         let mut bulks = vec![(None, vec![0.0; self.mesh.num_elements()])];
         for (r, region) in self.regions.iter().enumerate() {
@@ -57,16 +57,18 @@ impl Scene {
                 let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
                 let (material, rest) = self.split(&region.material).map_err(in_region)?;
                 let control = self.stiffness_of(r);
-                let mut own = vec![0.0; self.mesh.num_elements()];
-                let bulk = match control {
-                    Some(_) => &mut own,
-                    None => &mut bulks[0].1,
+                if control.is_some() {
+                    bulks.push((control, vec![0.0; self.mesh.num_elements()]));
+                }
+                let of_control = if control.is_some() {
+                    bulks.len() - 1
+                } else {
+                    0
                 };
-                tets.iter().for_each(|&tet| bulk[tet] = rest);
-                bulks.push((control, own));
+                tets.iter().for_each(|&tet| bulks[of_control].1[tet] = rest);
                 builder = changed(builder, control, |builder| {
                     let added = material.add_to(builder, &tets).map_err(in_region)?;
-                    added.map_err(in_mesh)
+                    self.with_barrier(added.map_err(in_mesh)?, region, &tets)
                 })?;
             }
         }
@@ -83,6 +85,63 @@ impl Scene {
         Ok(builder)
     }
 
+    /// What keeps a region's elements from turning inside out, where the scene wants that.
+    fn with_barrier(
+        &self,
+        builder: AssemblyBuilder<3>,
+        region: &Region,
+        tets: &[usize],
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
+        let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
+        let Lame { mu, .. } = region.material.at_rest().map_err(in_region)?;
+        if !(self.inversion == Inversion::Barred && mu > 0.0) {
+            return Ok(builder);
+        }
+        let barrier = VolumeBarrier::new(BARRED_BELOW, mu);
+        let barrier = barrier.map_err(|e| ("material", e.to_string()))?;
+        builder.region(tets, barrier).map_err(in_mesh)
+    }
+
+    /// An entry of the field as a fiber of this element.
+    pub(crate) fn fiber(&self, entry: &FiberEntry, element: usize) -> Fiber {
+        Fiber {
+            element,
+            control: entry.muscle as usize,
+            direction: entry.direction,
+            max_isometric_stress: self.fibers.sigma_max * entry.weight,
+            optimal_stretch: self.fibers.lambda_ofl,
+        }
+    }
+
+    /// Adds fibers with the scene's curve.
+    pub(crate) fn with_fibers(
+        &self,
+        builder: AssemblyBuilder<3>,
+        fibers: &[Fiber],
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
+        let stretch = match self.fibers.stretch {
+            FiberStretch::Total => Stretch::Total,
+            FiberStretch::Isochoric => Stretch::Isochoric,
+        };
+        let count = self.muscles.len();
+        let builder = match &self.fibers.curve {
+            FiberCurve::Physbam => {
+                let curve = PhysBam::default();
+                builder.fibers(FiberLaw { curve, stretch }, count, fibers)
+            }
+            FiberCurve::Blemker => {
+                let curve = Blemker::default();
+                builder.fibers(FiberLaw { curve, stretch }, count, fibers)
+            }
+            FiberCurve::Table { active, passive } => {
+                let curve = table(active, passive);
+                let curve = curve.map_err(|e| ("fibers.curve.table", e.to_string()))?;
+                builder.fibers(FiberLaw { curve, stretch }, count, fibers)
+            }
+        };
+        builder.map_err(in_mesh)
+    }
+
     /// What the elements are made of, and the bulk modulus (Pa) that is left for the patches.
     fn split(&self, material: &NamedMaterial) -> Result<(NamedMaterial, f64), ModelError> {
         let Lame { mu, lambda } = material.at_rest()?;
@@ -91,39 +150,6 @@ impl Scene {
             _ => None,
         };
         Ok(softer.map_or((material.clone(), 0.0), |softer| (softer, lambda - mu)))
-    }
-
-    /// The fibers of all muscles whose strength stays, and those of each strength that is a control.
-    fn with_fibers<C: TensionCurve + Clone + 'static>(
-        &self,
-        mut builder: AssemblyBuilder<3>,
-        stretch: Stretch,
-        curve: C,
-    ) -> Result<AssemblyBuilder<3>, AssemblyError> {
-        let mut by_control: BTreeMap<Option<usize>, Vec<Fiber>> = BTreeMap::new();
-        by_control.insert(None, Vec::new());
-        let controls: Vec<Option<usize>> = (0..self.muscles.len() as u32)
-            .map(|muscle| self.strength_of(muscle))
-            .collect();
-        for entry in self.fiber_field.entries() {
-            let fiber = Fiber {
-                element: entry.tet as usize,
-                control: entry.muscle as usize,
-                direction: entry.direction,
-                max_isometric_stress: self.fibers.sigma_max * entry.weight,
-                optimal_stretch: self.fibers.lambda_ofl,
-            };
-            let control = controls[entry.muscle as usize];
-            by_control.entry(control).or_default().push(fiber);
-        }
-        let muscles = self.muscles.len();
-        for (control, fibers) in by_control {
-            let curve = curve.clone();
-            builder = changed(builder, control, |builder| {
-                builder.fibers(FiberLaw { curve, stretch }, muscles, &fibers)
-            })?;
-        }
-        Ok(builder)
     }
 }
 

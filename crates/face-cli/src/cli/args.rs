@@ -72,10 +72,10 @@ pub struct PoseArgs {
         allow_hyphen_values = true
     )]
     pub control: Vec<String>,
-    /// Angle of the jaw about its hinge; positive opens.
+    /// Opening of the jaw; its condyles glide along the scene's path. Positive opens.
     #[arg(long, value_name = "12deg", allow_hyphen_values = true)]
     pub jaw: Option<String>,
-    /// Shift of the jaw, millimeters: left, up, forward.
+    /// A further shift of the jaw, millimeters: left, up, forward.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub jaw_shift: Option<String>,
 }
@@ -125,8 +125,13 @@ pub enum Head {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Jaw {
     Fixed,
+    /// In its joint: opening, protrusion, lateral shift and yaw, each within its limits.
+    Joint,
+    /// About its hinge alone.
     Hinge,
+    /// A turn about any axis and a shift.
     Rigid,
+    /// The documents' twelve numbers.
     Affine,
 }
 
@@ -151,8 +156,12 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value = "fixed")]
     pub head: Head,
     /// How the jaw may move.
-    #[arg(long, value_enum, default_value = "hinge")]
+    #[arg(long, value_enum, default_value = "joint")]
     pub jaw: Jaw,
+    /// Tikhonov weight of the joint's protrusion, lateral shift and yaw, each relative to its limit,
+    /// millimeters squared: larger prefers a jaw that only opens.
+    #[arg(long, default_value_t = 10.0, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
+    pub jaw_weight: f64,
     /// Tikhonov weight of the activations, millimeters squared: larger prefers relaxed muscles.
     #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub relax: f64,

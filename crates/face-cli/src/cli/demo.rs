@@ -62,14 +62,14 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let scene = &source.scene;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     progress.inc(1);
-    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+    let (muscles, jaw) = (scene.muscles.len(), scene.jointed_jaw());
     let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
     let params = FitParams {
         activation_weight: 1e-9,
         ..FitParams::default()
     };
     let rest = rig.solved().clone();
-    let landmarks = scene.carried_landmarks(0..scene.landmarks.len());
+    let landmarks = scene.landmark_points(0..scene.landmarks.len());
     let mut done: Vec<(ExpressionFit, Vec<[f64; 3]>, Vec<f64>)> = Vec::new();
     for (name, settings, degrees) in EXPRESSIONS {
         progress.set_message(format!("posing: {name}"));

@@ -33,7 +33,7 @@ impl Shape {
                 .builtin
                 .as_ref()
                 .map(|face| portrait(face, positions, |p| jaw.apply(p))),
-            points: carry(&source.scene, &skin, positions),
+            points: carry(&skin, positions),
             triangles: skin.triangles,
         }
     }

@@ -24,7 +24,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut out = Output::prepare(output)?;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     let map = parametrization(scene, args);
-    let params = params(args);
+    let params = params(scene, args);
     let (fits, impossible) = fit_all(scene, &mut rig, &targets, args, &map, &params, &mut out)?;
     let pictures = Instant::now();
     draw(&mut out, &source, &map, &fits)?;
@@ -32,7 +32,8 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let settings = json!({ "scene": args.scene, "targets": args.targets, "target": args.target,
         "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
-        "method": format!("{:?}", params.method), "relax_mm2": args.relax, "robust_mm": args.robust,
+        "method": format!("{:?}", params.method), "relax_mm2": args.relax,
+        "jaw_weight_mm2": args.jaw_weight, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start });
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let fits: Vec<ExpressionFit> = fits.into_iter().map(|(_, fit)| fit).collect();
@@ -58,7 +59,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     match failed.as_slice() {
         [] => Ok(()),
         names => Err(Failure::NotConverged(format!(
-            "{} of {} fits did not converge: {}",
+            "{} of {} fits did not converge to a possible pose: {}",
             names.len(),
             targets.len(),
             names.join(", ")
@@ -102,22 +103,25 @@ fn parametrization(scene: &Scene, args: &FitArgs) -> Parametrization {
     };
     let jaw = match args.jaw {
         Jaw::Fixed => JawModel::Fixed,
-        Jaw::Hinge => scene.hinged_jaw(),
+        Jaw::Joint => scene.jointed_jaw(),
+        Jaw::Hinge => JawModel::Hinge(*scene.joint.hinge()),
         Jaw::Rigid => JawModel::Rigid {
-            point: scene.hinge.point(),
+            point: scene.joint.hinge().point(),
         },
         Jaw::Affine => JawModel::Affine,
     };
     scene.parametrization(cranium, jaw)
 }
 
-fn params(args: &FitArgs) -> FitParams {
+fn params(scene: &Scene, args: &FitArgs) -> FitParams {
     FitParams {
         method: match args.method {
             Method::Qr => StepMethod::Qr,
             Method::NormalEquations => StepMethod::NormalEquations,
         },
         activation_weight: 1e-6 * args.relax,
+        joint_weight: 1e-6 * args.jaw_weight,
+        jaw_angle_bounds: Some(scene.joint.limits().opening),
         loss: args
             .robust
             .map_or(Loss::Square, |mm| Loss::Huber { scale: 1e-3 * mm }),
@@ -223,9 +227,10 @@ fn draw(
 }
 
 fn line(fit: &ExpressionFit) -> String {
-    let jaw = fit
-        .jaw_degrees
-        .map_or(String::new(), |d| format!(", jaw {d:.1} deg"));
+    let jaw = match fit.jaw_pose.opening_degrees {
+        0.0 => String::new(),
+        d => format!(", jaw {d:.1} deg"),
+    };
     format!(
         "{}: {} points, {:.2} -> {:.2} mm RMS in {} steps{jaw}",
         fit.name, fit.points, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
@@ -250,23 +255,36 @@ fn controls(scene: &Scene, fit: &ExpressionFit) -> Option<String> {
 /// A row for each fit, as Markdown.
 pub fn table(fits: &[ExpressionFit]) -> String {
     let mut text = String::from(
-        "| target | RMS before (mm) | RMS after (mm) | left | steps | seconds | jaw (deg) | inverted tets | end |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---|\n",
+        "| target | RMS before (mm) | RMS after (mm) | left | dense left | steps | seconds | jaw (deg) | protrusion (mm) \
+         | lateral (mm) | yaw (deg) | condyles off (mm) | inverted tets | end |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|\n",
     );
     for f in fits {
         let end = match &f.outcome {
             Outcome::Converged(_) => "converged".to_owned(),
             Outcome::NotConverged(why) => format!("not converged: {why}"),
+            Outcome::Impossible(why) => format!("impossible pose: {why}"),
+            other => format!("not converged: {other:?}"),
         };
-        let jaw = f.jaw_degrees.map_or(String::new(), |d| format!("{d:.1}"));
+        let jaw = &f.jaw_pose;
+        let off = jaw.condyles_off_mm;
+        let off = off.map_or(String::new(), |mm| format!("{mm:.1}"));
+        let dense = f.dense.filter(|d| d.rms_before_mm > 0.0);
+        let dense = dense.map_or(String::new(), |d| {
+            format!("{:.0} %", 100.0 * d.rms_after_mm / d.rms_before_mm)
+        });
         text += &format!(
-            "| {} | {:.2} | {:.2} | {:.0} % | {} | {:.2} | {jaw} | {} | {end} |\n",
+            "| {} | {:.2} | {:.2} | {:.0} % | {dense} | {} | {:.2} | {:.1} | {:.1} | {:.1} | {:.1} | {off} | {} | {end} |\n",
             f.name,
             f.rms_before_mm,
             f.rms_after_mm,
             100.0 * f.remaining(),
             f.iterations,
             f.seconds,
+            jaw.opening_degrees,
+            jaw.protrusion_mm,
+            jaw.lateral_mm,
+            jaw.yaw_degrees,
             f.inverted_tets
         );
     }

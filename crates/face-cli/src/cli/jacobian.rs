@@ -27,7 +27,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let controls = (0..scene.influences.len()).map(Direction::Control);
     let mut directions = Direction::all(scene.muscles.len());
     directions.extend(controls);
-    let points = scene.carried_landmarks(0..scene.landmarks.len());
+    let points = scene.landmark_points(0..scene.landmarks.len());
     let (columns, route) = out.phase("jacobian", || {
         rig.sensitivity().map(|s| {
             let route = s.cheaper_route(&points, &directions);

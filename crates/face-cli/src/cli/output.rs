@@ -7,13 +7,18 @@ use face_rig::rig::{Parameters, Rig};
 use face_scenes::{Scene, Skin};
 use fem_assembly::mesh::{DataArray, MeshFile};
 use serde_json::{Value, json};
-use std::io::Write;
+use std::fs::{File, TryLockError};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// An output folder that may be written to.
+/// Locked while a run writes to the folder. The system takes the lock away from a run that was killed.
+const LOCK: &str = ".face-rig.lock";
+
+/// An output folder that may be written to, by nobody else until this is dropped.
 pub struct Output {
     folder: PathBuf,
+    _lock: Lock,
     begin: Instant,
     phases: Vec<(String, f64)>,
     files: Vec<String>,
@@ -24,17 +29,17 @@ impl Output {
     pub fn prepare(args: &OutputArgs) -> Result<Self, Failure> {
         let folder = args.out.clone();
         let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", folder.display()));
-        let holds_files = match std::fs::read_dir(&folder) {
-            Ok(mut entries) => entries.next().is_some(),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => false,
-            Err(e) => return Err(cannot(e)),
-        };
+        std::fs::create_dir_all(&folder).map_err(cannot)?;
+        let lock = Lock::take(&folder)?;
+        let mut entries = std::fs::read_dir(&folder).map_err(cannot)?;
+        let holds_files =
+            entries.any(|entry| entry.map_or(true, |entry| entry.file_name() != LOCK));
         if holds_files && !args.force {
             return Err(Failure::OutputExists(folder));
         }
-        std::fs::create_dir_all(&folder).map_err(cannot)?;
         Ok(Self {
             folder,
+            _lock: lock,
             begin: Instant::now(),
             phases: Vec::new(),
             files: Vec::new(),
@@ -128,7 +133,7 @@ impl Output {
             .write(self.path(&format!("{name}.vtu")))?;
 
         let skin = scene.surface();
-        let (at_rest, posed) = (carry(scene, &skin, rest), carry(scene, &skin, positions));
+        let (at_rest, posed) = (carry(&skin, rest), carry(&skin, positions));
         let text = obj(name, &posed, &skin.triangles)?;
         write_atomically(&self.path(&format!("{name}.obj")), text.as_bytes())?;
         let displacements: Vec<[f64; 3]> = posed
@@ -151,6 +156,36 @@ impl Output {
     }
 }
 
+/// The lock of a folder; the file goes with it.
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    fn take(folder: &Path) -> Result<Self, Failure> {
+        let path = folder.join(LOCK);
+        let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", path.display()));
+        let file = File::create(&path).map_err(cannot)?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self { path, _file: file }),
+            Err(TryLockError::WouldBlock) => Err(Failure::OutputBusy(folder.to_path_buf())),
+            // Some network file systems know no locks.
+            Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {
+                Ok(Self { path, _file: file })
+            }
+            Err(TryLockError::Error(e)) => Err(cannot(e)),
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // One that stays behind is locked by nobody and counts as no result.
+        std::fs::remove_file(&self.path).ok();
+    }
+}
+
 /// Writes a line to the standard output. A reader who has seen enough and closed it is no failure.
 ///
 /// # Errors
@@ -165,11 +200,8 @@ pub fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
 }
 
 /// The skin's vertices when the flesh is at `positions`.
-pub fn carry(scene: &Scene, skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    skin.points
-        .iter()
-        .map(|p| p.position(&scene.mesh, positions))
-        .collect()
+pub fn carry(skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    skin.points.iter().map(|p| p.position(positions)).collect()
 }
 
 /// Per tet: stretch of its dominant fiber (1 without) and its activation, weighted.

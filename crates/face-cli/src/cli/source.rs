@@ -2,7 +2,6 @@
 
 use super::args::PoseArgs;
 use super::error::Failure;
-use face_rig::fit::{CraniumModel, Parametrization};
 use face_rig::rig::Parameters;
 use face_scenes::builtin::BuiltinFace;
 use face_scenes::{Scene, parse_activations, parse_angle, parse_controls};
@@ -53,13 +52,14 @@ pub fn pose(scene: &Scene, typed: &PoseArgs) -> Result<Parameters, Failure> {
         .as_deref()
         .map_or(Ok([0.0; 3]), parse_shift)?;
     let controls = typed.control.iter().map(String::as_str);
-    let controls = parse_controls(&scene.influences, controls)?;
-    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
-    let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
-    let mut q = activations;
-    q.push(angle);
-    q.extend(shift);
-    Ok(map.parameters(&q).with_controls(controls))
+    let mut parameters = scene.rest_pose();
+    parameters.controls = parse_controls(&scene.influences, controls)?;
+    parameters.activations = activations;
+    parameters.jaw = scene.joint.motion([angle, 0.0, 0.0, 0.0]).0;
+    for (t, by) in parameters.jaw.translation.iter_mut().zip(shift) {
+        *t += by;
+    }
+    Ok(parameters)
 }
 
 /// The value of every control by its name.

@@ -11,6 +11,7 @@ pub use obj::obj;
 
 /// What can be wrong with the input of an export.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExportError {
     /// A triangle names a point that does not exist.
     #[error("triangle {triangle} refers to point {point}, but there are only {count} points")]

@@ -179,6 +179,16 @@ impl Scene {
         })
     }
 
+    /// How strong a muscle is in a pose, 1 where nothing changes it.
+    pub(super) fn strength(&self, muscle: u32, pose: &Parameters) -> f64 {
+        let changes = self.influences.iter().zip(&pose.controls);
+        let own = changes.filter(|(i, _)| match &i.kind {
+            InfluenceKind::Strength { muscles } => muscles.contains(&muscle),
+            _ => false,
+        });
+        1.0 + own.map(|(_, change)| change).sum::<f64>()
+    }
+
     /// The control that a region's stiffness is changed by, if any.
     pub(super) fn stiffness_of(&self, wanted: usize) -> Option<usize> {
         self.places().find_map(|(control, i)| match &i.kind {

@@ -281,7 +281,7 @@ fn the_mouth_of_the_coarse_head_is_a_cavity() {
         eprintln!("skipped: {} is not there", shared.display());
         return;
     }
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/head_coarse.json");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/head_coarse_mouth.json");
     let scene = Scene::load(file).expect("a scene");
     let mouth = scene
         .influences
