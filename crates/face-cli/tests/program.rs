@@ -158,6 +158,14 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
     );
 }
 
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let name = |e: std::io::Result<std::fs::DirEntry>| e.unwrap().file_name();
+    let mut names: Vec<String> = entries.map(|e| name(e).into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 #[test]
 fn a_folder_belongs_to_one_run_at_a_time() {
     let folder = tempfile::tempdir().unwrap();
@@ -177,6 +185,10 @@ fn a_folder_belongs_to_one_run_at_a_time() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{message}");
     assert!(!path.exists());
+    let glb_alone = ["--out", "bare", "--pictures", "none", "--write", "glb"];
+    let bare = [&arguments[..4], &glb_alone].concat();
+    assert!(face_rig(at, &bare).status.success());
+    assert_eq!(files(&at.join("bare")), ["pose.glb", "report.json"]);
 }
 
 #[test]
@@ -255,6 +267,30 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         assert_eq!(frame["inverted_tets"], 0);
         assert!(at.join(format!("out/frame {}.vtu", k + 1)).is_file());
     }
+    let phases = report["phase_seconds"].as_object().unwrap();
+    let sum: f64 = phases.values().map(|s| s.as_f64().unwrap()).sum();
+    assert!((sum - report["seconds"].as_f64().unwrap()).abs() < 1e-9);
+    assert!(phases["other"].as_f64().unwrap() >= 0.0);
+
+    // One sheet for both; each on its own if asked for; nothing if not.
+    let again = |out: &str, options: &[&str]| {
+        let one_step = ["--max-iterations", "1", "--out", out];
+        let arguments = [&arguments[..], &one_step[..], options].concat();
+        face_rig(at, &arguments);
+        files(&at.join(out))
+    };
+    let sheet = ["convergence.svg", "fits.png"];
+    let png = ["frame 1.png", "frame 2.png"];
+    let report = ["report.json"];
+    let has = |names: &[String], some: &[&str]| some.iter().all(|s| names.iter().any(|n| n == s));
+    let out = files(&at.join("out"));
+    assert!(has(&out, &sheet) && !has(&out, &png[..1]), "{out:?}");
+    let all = again("all", &["--pictures", "all", "--write", "obj"]);
+    let obj = ["frame 1.obj", "frame 2.obj"];
+    assert!(has(&all, &sheet) && has(&all, &png) && has(&all, &obj));
+    assert_eq!(all.len(), 2 + 2 + 2 + 1, "{all:?}");
+    let bare = again("bare", &["--pictures", "none", "--write", "none"]);
+    assert_eq!(bare, report);
 
     // The jaw of frame 1 as other models have it: a hinge cannot slide, a weight holds the joint.
     let lateral = |arguments: &[&str]| {

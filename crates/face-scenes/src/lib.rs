@@ -80,7 +80,7 @@
 //!   material lets them ([`Inversion`]).
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
-//! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
+//! Tables are CSV (RFC 4180, one line a row) with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
 pub mod builtin;
