@@ -48,6 +48,10 @@ impl JawHinge {
             axis: [1.0, 0.0, 0.0],
         }
     }
+    /// The line through the same point along another direction, of length 1.
+    pub(super) fn with_axis(&self, axis: [f64; 3]) -> Self {
+        Self { axis, ..*self }
+    }
     /// A point on the axis, meters.
     pub fn point(&self) -> [f64; 3] {
         self.point

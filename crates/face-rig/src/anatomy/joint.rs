@@ -109,7 +109,7 @@ pub enum JointError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JawJoint {
     hinge: JawHinge,
-    up: JawHinge,
+    up: [f64; 3],
     way: [f64; 3],
     path: CondylarPath,
     limits: JointLimits,
@@ -147,7 +147,7 @@ impl JawJoint {
         let beside = |by: f64| std::array::from_fn(|i| p[i] + by * a[i]);
         Ok(Self {
             hinge,
-            up,
+            up: up.axis(),
             way: std::array::from_fn(|i| cos * forward[i] - sin * u[i]),
             path,
             limits,
@@ -200,7 +200,8 @@ impl JawJoint {
         let (d, a) = (self.way, self.hinge.axis());
         let (glide, slope) = self.path.glide(opening);
         let open = |f: fn(&JawHinge, f64) -> AffineMap| Mat(f(&self.hinge, opening).matrix);
-        let turn = |f: fn(&JawHinge, f64) -> AffineMap| Mat(f(&self.up, yaw).matrix);
+        let upright = self.hinge.with_axis(self.up);
+        let turn = |f: fn(&JawHinge, f64) -> AffineMap| Mat(f(&upright, yaw).matrix);
         let (opened, opens) = (open(still), open(JawHinge::motion_by_angle));
         let (turned, turns) = (turn(still), turn(JawHinge::motion_by_angle));
         let shift = std::array::from_fn(|i| (glide + protrusion) * d[i] + lateral * a[i]);
@@ -222,8 +223,8 @@ impl JawJoint {
         let (p, a) = (self.hinge.point(), self.hinge.axis());
         // R_u(ψ) R_a(φ) a = cos ψ a + sin ψ u × a.
         let carried_axis = motion.rotate(a);
-        let yaw = dot(carried_axis, cross(self.up.axis(), a)).atan2(dot(carried_axis, a));
-        let turn = Mat(still(&self.up, yaw).matrix);
+        let yaw = dot(carried_axis, cross(self.up, a)).atan2(dot(carried_axis, a));
+        let turn = Mat(still(&self.hinge.with_axis(self.up), yaw).matrix);
         let opening = AffineMap {
             matrix: turn.tr_mul(&Mat(motion.matrix)).0,
             ..*motion
