@@ -220,7 +220,7 @@ impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> NonlinearProblem<D>
         }
     }
     /// A few units in the last place of the largest momentum of a node and impulse of a particle.
-    fn gradient_rounding(&self, v: &[f64]) -> Option<f64> {
+    fn gradient_rounding(&self, v: &[f64]) -> Option<Vec<f64>> {
         let mut largest = 0.0;
         for (i, v) in v.chunks(D).enumerate() {
             for a in 0..D {
@@ -235,7 +235,7 @@ impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> NonlinearProblem<D>
             let impulse = volume * per_length * P.mul_tr(&start).norm_squared().sqrt();
             largest = worse(largest, impulse);
         }
-        Some(8.0 * f64::EPSILON * largest)
+        Some(vec![8.0 * f64::EPSILON * largest; v.len()])
     }
 }
 

@@ -288,3 +288,69 @@ fn goals(scene: &Scene, target: &Target, seen: Observed) -> Goals {
     });
     landmarks.chain(dense).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    fn end(ratios: &[f64], jaw: &AffineMap) -> Outcome {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        possible(Outcome::Converged("step".into()), ratios, &joint, jaw)
+    }
+
+    fn impossible(ratios: &[f64], jaw: &AffineMap, words: &str) {
+        match end(ratios, jaw) {
+            Outcome::Impossible(why) => assert!(why.contains(words), "{why}"),
+            other => panic!("{other:?} for {words}"),
+        }
+    }
+
+    #[test]
+    fn a_pose_that_no_face_can_take_is_no_good_end() {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        let at = |numbers| joint.motion(numbers).0;
+        let fine = [1.0, 0.2];
+        for numbers in [
+            [0.0; 4],
+            [0.69, 0.01, -0.005, 0.08],
+            [-0.03, -0.002, 0.0, 0.0],
+        ] {
+            let stop = Outcome::Converged("step".into());
+            assert_eq!(end(&fine, &at(numbers)), stop, "{numbers:?}");
+        }
+        let inside_out = "2 tets are inside out (worst: tet 2, det F -0.50)";
+        impossible(&[1.0, -0.1, -0.5], &AffineMap::IDENTITY, inside_out);
+        impossible(&[f64::NAN], &AffineMap::IDENTITY, "1 tets are inside out");
+        impossible(&fine, &at([0.8, 0.0, 0.0, 0.0]), "jaw's opening is beyond");
+        impossible(
+            &fine,
+            &at([0.1, 0.0, 0.006, 0.0]),
+            "jaw's lateral shift is beyond",
+        );
+        let mut up = at([0.0; 4]);
+        up.translation[1] += 0.02;
+        impossible(&fine, &up, "beside the path of its joint");
+        // What failed before stays what it was.
+        let failed = Outcome::NotConverged("steps".into());
+        let kept = possible(failed.clone(), &[-1.0], &joint, &up);
+        assert_eq!(kept, failed);
+    }
+
+    #[test]
+    fn the_jaw_is_told_in_its_own_numbers_and_compared_with_the_truth() {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        let jaw = joint.motion([0.2, 0.003, 0.005, 0.05]).0;
+        let mut truth = jaw;
+        truth.translation[2] += 0.002;
+        let told = jaw_pose(&joint, &jaw, Some(&truth));
+        assert!((told.opening_degrees - 0.2_f64.to_degrees()).abs() < 1e-12);
+        assert!((told.protrusion_mm - 3.0).abs() < 1e-12 && (told.lateral_mm - 5.0).abs() < 1e-12);
+        assert!((told.yaw_degrees - 0.05_f64.to_degrees()).abs() < 1e-12);
+        assert!(told.beside_mm < 1e-12);
+        assert_eq!(told.at_limits, ["lateral shift"]);
+        let off = told.condyles_off_mm.expect("a truth");
+        assert!((off - 2.0).abs() < 1e-12, "{off}");
+        assert_eq!(jaw_pose(&joint, &jaw, None).condyles_off_mm, None);
+    }
+}

@@ -62,7 +62,7 @@
 //! * `joint`, beside `hinge`, says how the condyles glide while the jaw opens, and how far it goes:
 //!   `{ "path": { "length": 0.012, "inclination_deg": 33, "full_at_deg": 35 },
 //!   "limits": { "opening_deg": [-2, 40], "protrusion": [-0.002, 0.01], "lateral": [-0.005, 0.005],
-//!   "yaw_deg": [-8, 8] }, "condyles": [[0.05, 0, 0.02], [-0.05, 0, 0.02]] }`. Each part may be left out:
+//!   "yaw_deg": [-5, 5] }, "condyles": [[0.05, 0, 0.02], [-0.05, 0, 0.02]] }`. Each part may be left out:
 //!   without a path the jaw turns about its hinge alone ([`JointSpec`]).
 //! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
 //!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
@@ -112,7 +112,7 @@
 //! enclose, `closed_by` a `"fan"` (default), `"nothing"` or `{ "point": [x, y, z] }`. Which of them are
 //! symmetric, and what a fit can tell apart: `docs/loads.md`.
 //!
-//! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
+//! Tables are CSV (RFC 4180, one line a row) with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
 pub mod builtin;

@@ -119,10 +119,12 @@ mod tests {
     use face_rig::anatomy::FiberField;
     use face_rig::rig::Parameters;
 
-    /// −ΔE_m/Δφ, with E_m the energy of the whole face less that without the muscle.
+    /// −ΔE_m/Δφ, with E_m the energy of all muscles less that of the others.
     #[test]
     fn a_torque_is_the_energy_that_a_turn_of_the_jaw_costs_the_muscle() {
         let mut scene = Scene::builtin(5_000).expect("a face");
+        // Its muscles alone: a state of the flesh that is no equilibrium serves as well.
+        scene.regions.clear();
         let all = scene.fiber_field.clone();
         let mut parameters = Parameters::rest(scene.muscles.len());
         let of = |name: &str| {
@@ -137,7 +139,6 @@ mod tests {
         let numbers = [0.12, 0.002, 0.001, 0.03];
         parameters.jaw = scene.joint.motion(numbers).0;
         let line = scene.joint.hinge_at(&parameters.jaw);
-        // A state of the flesh that is no equilibrium serves as well.
         let mut z = scene.mesh.nodes().to_vec();
         for &n in &scene.bones.jaw {
             z[n as usize] = parameters.jaw.apply(z[n as usize]);

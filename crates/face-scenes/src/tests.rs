@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 
 mod influence_tests;
+mod joint_tests;
 mod meaning_tests;
 
 /// A block of 2×3×2 boxes, 0.2 m tall: the back hangs on the cranium, the lower front on the jaw.

@@ -5,7 +5,8 @@ use crate::dofs::Dofs;
 use crate::error::AssemblyError;
 use crate::plan::{Chunk, Piece, Summand, Work};
 use crate::rest::RestElements;
-use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Target, pair};
+use crate::scales;
+use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Summed, Target, pair};
 use fem_materials::HessianProjection;
 use fem_solvers::parallel::map;
 use fem_solvers::{BlockPattern, BlockSymmetric};
@@ -32,7 +33,7 @@ pub struct Assembly<const D: usize> {
     pub(crate) free_pieces: Vec<Piece>,
     pub(crate) prescribed_pieces: Vec<Piece>,
     pub(crate) controls: usize,
-    pub(crate) force_scale: OnceLock<Option<f64>>,
+    pub(crate) force_scales: OnceLock<Option<Vec<f64>>>,
 }
 
 impl<const D: usize> std::fmt::Debug for Assembly<D> {
@@ -75,26 +76,13 @@ impl<const D: usize> Assembly<D> {
     pub fn controls(&self) -> usize {
         self.controls
     }
-    /// The force that strains by one at rest, newtons: the stiffness of a free node in the median
-    /// times the mean size of an element. `None` where nothing is stiff at rest.
-    pub fn force_scale(&self) -> Option<f64> {
-        *self.force_scale.get_or_init(|| {
-            let mut hessian = BlockSymmetric::zeros(self.pattern.clone());
-            let controls = vec![0.0; self.controls];
-            let at_rest = Configuration::trusted(&self.rest, &controls);
-            self.hessian(at_rest, HessianProjection::None, &mut hessian);
-            let mut stiffness: Vec<f64> = (0..self.pattern.blocks())
-                .map(|row| {
-                    let block = hessian.values()[self.pattern.diagonal(row)];
-                    (0..D).fold(0.0, |m, k| block[k][k].abs().max(m))
-                })
-                .collect();
-            stiffness.sort_by(f64::total_cmp);
-            let median = *stiffness.get(stiffness.len() / 2)?;
-            let volume: f64 = self.volumes().sum::<f64>() / self.elements.len() as f64;
-            let scale = median * volume.powf(1.0 / D as f64);
-            (scale > 0.0 && scale.is_finite()).then_some(scale)
-        })
+    /// For each unknown the force that strains by one at rest, newtons: the stiffness of its node times
+    /// the mean size of the elements there. Where a node has no stiffness at rest, or no element, it is
+    /// the median of the others; `None` where nothing is stiff.
+    pub fn force_scales(&self) -> Option<&[f64]> {
+        self.force_scales
+            .get_or_init(|| scales::of(self))
+            .as_deref()
     }
     /// Rest volume of each element, m³ (m² in 2D).
     pub fn volumes(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
@@ -169,7 +157,7 @@ impl<const D: usize> Assembly<D> {
 
     /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
     pub fn gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
-        let energies = self.by_rows(gradient, |summand, stencils, sink| {
+        let energies = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
         self.clear_prescribed_axes(gradient);
@@ -178,6 +166,17 @@ impl<const D: usize> Assembly<D> {
             by_stencil[stencil as usize] = energy;
         }
         self.sum(&by_stencil, true)
+    }
+
+    /// Σₛ |∂eₛ/∂x| for each unknown, newtons: the forces whose sum [`Assembly::gradient`] is; its
+    /// rounding is ε times a few of them.
+    pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
+        let mut sums = vec![0.0; self.dofs.unknowns()];
+        self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
+            summand.term.gradient(at, stencils, sink);
+        });
+        self.clear_prescribed_axes(&mut sums);
+        sums
     }
 
     /// Nodal forces f = −∂E/∂x at every node, prescribed ones included, newtons: at equilibrium the
@@ -250,7 +249,7 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
         product: &mut [f64],
     ) {
-        self.by_rows(product, |summand, stencils, sink| {
+        self.by_rows(product, Summed::AsTheyAre, |summand, stencils, sink| {
             summand
                 .term
                 .hessian_vector(at, displacement, stencils, sink);
@@ -262,7 +261,7 @@ impl<const D: usize> Assembly<D> {
     /// the activation of a muscle). It does not depend on that control, but may on others: the force
     /// of an activation is proportional to the strength of its muscle.
     pub fn control_gradient(&self, at: Configuration<D>, control: usize, gradient: &mut [f64]) {
-        self.by_rows(gradient, |summand, stencils, sink| {
+        self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             if control < summand.term.controls() {
                 summand.term.control_gradient(at, control, stencils, sink);
             }
@@ -292,6 +291,7 @@ impl<const D: usize> Assembly<D> {
     fn by_rows(
         &self,
         rows: &mut [f64],
+        summed: Summed,
         work: impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>) + Sync,
     ) -> Vec<Vec<(u32, f64)>> {
         let mut pieces = Vec::with_capacity(self.chunks.len());
@@ -324,6 +324,7 @@ impl<const D: usize> Assembly<D> {
                         owned: &owned[run.start..],
                         first_energy: summand.first_energy,
                         energies: Some(&mut energies),
+                        summed,
                     };
                     work(summand, stencils, &mut sink);
                 }
@@ -354,6 +355,7 @@ impl<const D: usize> Assembly<D> {
                 owned: &[],
                 first_energy: summand.first_energy,
                 energies: None,
+                summed: Summed::AsTheyAre,
             };
             work(summand, 0..summand.stencils.count(), &mut sink);
         }

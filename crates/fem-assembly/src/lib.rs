@@ -44,6 +44,7 @@ mod quasistatic;
 mod renewal;
 mod renewing;
 mod rest;
+mod scales;
 mod shape;
 mod sink;
 mod stiffness;

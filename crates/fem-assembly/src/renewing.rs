@@ -153,9 +153,8 @@ fn part<const D: usize>(
     });
     done.positions = covered.problem.positions(&x);
     // What the first part measured its gradient against holds for all.
-    if params.reference.is_none() {
-        let scale = assembly.force_scale().unwrap_or(f64::INFINITY);
-        params.reference = first.map(|f| f.min(scale));
+    if params.reference.is_none() && assembly.force_scales().is_none() {
+        params.reference = first;
     }
     match solved {
         Ok(info) => {
@@ -210,10 +209,10 @@ impl<const D: usize> NonlinearProblem<D> for Covered<'_, D> {
     fn merit(&self) -> Merit {
         self.problem.merit()
     }
-    fn gradient_scale(&self) -> Option<f64> {
-        self.problem.gradient_scale()
+    fn gradient_scales(&self, x: &[f64]) -> Option<Vec<f64>> {
+        self.problem.gradient_scales(x)
     }
-    fn gradient_rounding(&self, x: &[f64]) -> Option<f64> {
+    fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.problem.gradient_rounding(x)
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {

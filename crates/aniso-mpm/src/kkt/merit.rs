@@ -72,7 +72,7 @@ impl<P: ConstrainedProblem> NonlinearProblem<1> for Penalty<'_, P> {
     }
 
     /// A few units in the last place of ∇E, ∇²E x, κ ∇cᵀ(∇c x) and κ ∇cᵀ(c − ∇c x).
-    fn gradient_rounding(&self, x: &[f64]) -> Option<f64> {
+    fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         let kappa = self.stiffness();
         let mut part = vec![0.0; x.len()];
         let largest = |part: &[f64]| part.iter().fold(0.0, |m, p| worse(m, p.abs()));
@@ -93,6 +93,6 @@ impl<P: ConstrainedProblem> NonlinearProblem<1> for Penalty<'_, P> {
             self.pull(kappa, part_of_c, &mut part);
             sum += largest(&part);
         }
-        Some(8.0 * f64::EPSILON * sum)
+        Some(vec![8.0 * f64::EPSILON * sum; x.len()])
     }
 }

@@ -1,11 +1,11 @@
 //! The folder of results: refused when it holds files, each file written whole or not at all.
 
-use super::args::OutputArgs;
+use super::args::{Format, OutputArgs, Pictures};
 use super::error::Failure;
-use face_pictures::export::{GlbMesh, MorphTarget, glb, obj, write_atomically};
+use super::shape_files::{self, Fields};
+use face_pictures::export::write_atomically;
 use face_rig::rig::{Parameters, Rig};
-use face_scenes::{Scene, Skin};
-use fem_assembly::mesh::{DataArray, MeshFile};
+use face_scenes::Scene;
 use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Write};
@@ -22,6 +22,8 @@ pub struct Output {
     begin: Instant,
     phases: Vec<(String, f64)>,
     files: Vec<String>,
+    pub formats: Vec<Format>,
+    pub pictures: Pictures,
 }
 
 impl Output {
@@ -43,6 +45,8 @@ impl Output {
             begin: Instant::now(),
             phases: Vec::new(),
             files: Vec::new(),
+            formats: args.write.clone(),
+            pictures: args.pictures,
         })
     }
 
@@ -81,10 +85,13 @@ impl Output {
         results: Value,
     ) -> Result<Value, Failure> {
         let path = self.path("report.json");
+        let seconds = self.begin.elapsed().as_secs_f64();
+        let named: f64 = self.phases.iter().map(|p| p.1).sum();
         let phases: serde_json::Map<String, Value> = self
             .phases
             .iter()
             .map(|(name, s)| (name.clone(), json!(s)))
+            .chain([("other".to_owned(), json!(seconds - named))])
             .collect();
         let report = json!({
             "program": "face-rig",
@@ -92,7 +99,7 @@ impl Output {
             "command": command,
             "settings": settings,
             "threads": rayon::current_num_threads(),
-            "seconds": self.begin.elapsed().as_secs_f64(),
+            "seconds": seconds,
             "phase_seconds": phases,
             "results": results,
             "files": self.files,
@@ -102,7 +109,7 @@ impl Output {
     }
 
     /// The flesh as VTU with displacement, det F, fiber stretch and activation; the skin as OBJ and
-    /// glTF, whose morph target leads from rest to the pose.
+    /// glTF, whose morph target leads from rest to the pose. Only what was asked for.
     pub fn write_shape(
         &mut self,
         name: &str,
@@ -111,48 +118,23 @@ impl Output {
         parameters: &Parameters,
         positions: &[[f64; 3]],
     ) -> Result<(), Failure> {
-        let rest = scene.mesh.nodes();
-        let displacement: Vec<[f64; 3]> = positions
-            .iter()
-            .zip(rest)
-            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
-            .collect();
-        let (stretch, activation) = fibers(scene, rig, parameters, positions);
-        let mut volume = MeshFile::from_tets(&scene.mesh);
-        volume.points = positions.to_vec();
-        let bones = scene.bones.of_node().iter().map(|b| *b as i64);
-        volume
-            .with_point_data(DataArray::vectors("displacement", &displacement))
-            .with_point_data(DataArray::integers("bone", bones))
-            .with_cell_data(DataArray::scalars(
-                "det_F",
-                &rig.assembly().volume_ratios(positions),
-            ))
-            .with_cell_data(DataArray::scalars("fiber_stretch", &stretch))
-            .with_cell_data(DataArray::scalars("activation", &activation))
-            .write(self.path(&format!("{name}.vtu")))?;
-
-        let skin = scene.surface();
-        let (at_rest, posed) = (carry(&skin, rest), carry(&skin, positions));
-        let text = obj(name, &posed, &skin.triangles)?;
-        write_atomically(&self.path(&format!("{name}.obj")), text.as_bytes())?;
-        let displacements: Vec<[f64; 3]> = posed
-            .iter()
-            .zip(&at_rest)
-            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
-            .collect();
-        let binary = glb(&GlbMesh {
+        let formats = &self.formats;
+        let fields = Fields::of(formats, scene, rig, parameters, positions);
+        let files = shape_files::write(
+            &self.folder,
+            formats,
             name,
-            points: &at_rest,
-            triangles: &skin.triangles,
-            base_color: [0.62, 0.40, 0.32],
-            targets: &[MorphTarget {
-                name,
-                displacements: &displacements,
-            }],
-        })?;
-        write_atomically(&self.path(&format!("{name}.glb")), &binary)?;
+            scene,
+            fields.as_ref(),
+            positions,
+        );
+        self.files.extend(files?);
         Ok(())
+    }
+
+    /// Remembers files that were written elsewhere.
+    pub fn wrote(&mut self, files: impl IntoIterator<Item = String>) {
+        self.files.extend(files);
     }
 }
 
@@ -197,43 +179,4 @@ pub fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
-}
-
-/// The skin's vertices when the flesh is at `positions`.
-pub fn carry(skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    skin.points.iter().map(|p| p.position(positions)).collect()
-}
-
-/// Per tet: stretch of its dominant fiber (1 without) and its activation, weighted.
-fn fibers(
-    scene: &Scene,
-    rig: &Rig,
-    parameters: &Parameters,
-    positions: &[[f64; 3]],
-) -> (Vec<f64>, Vec<f64>) {
-    (0_u32..)
-        .take(scene.mesh.num_elements())
-        .map(|tet| {
-            let of_tet = scene.fiber_field.of_tet(tet);
-            let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
-            let stretch = dominant.map_or(1.0, |f| {
-                let stretches = rig
-                    .assembly()
-                    .deformation_gradients(tet as usize, positions)
-                    .map(|gradient| {
-                        gradient
-                            .mul_vec(f.direction)
-                            .iter()
-                            .map(|c| c * c)
-                            .sum::<f64>()
-                    });
-                stretches.fold(0.0, f64::max).sqrt()
-            });
-            let activation: f64 = of_tet
-                .iter()
-                .map(|f| f.weight * parameters.activations[f.muscle as usize])
-                .sum();
-            (stretch, activation)
-        })
-        .unzip()
 }

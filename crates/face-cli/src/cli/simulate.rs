@@ -1,6 +1,6 @@
 //! `face-rig simulate`.
 
-use super::args::{OutputArgs, SimulateArgs};
+use super::args::{OutputArgs, Pictures, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
 use super::error::Failure;
 use super::output::{Output, say};
@@ -10,6 +10,7 @@ use face_rig::rig::{AffineMap, RigError, RigParams};
 use face_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let source = open(&args.scene)?;
@@ -27,13 +28,17 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let work = rig.work();
 
     let bar = spinner("writing shapes and pictures");
+    let begin = Instant::now();
     out.write_shape("pose", scene, &rig, &parameters, &positions)?;
-    let picture = out.path("pose.png");
-    let rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
-    let posed = Shape::new(&source, &positions, &parameters.jaw);
-    out.phase("pictures", || {
-        draw_pose(&picture, &scene.name, &rest, &posed)
-    })?;
+    out.took("files", begin);
+    if out.pictures != Pictures::None {
+        let picture = out.path("pose.png");
+        let rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
+        let posed = Shape::new(&source, &positions, &parameters.jaw);
+        out.phase("pictures", || {
+            draw_pose(&picture, &scene.name, &rest, &posed)
+        })?;
+    }
     bar.finish_and_clear();
 
     let moved = positions

@@ -63,7 +63,7 @@ impl JointLimits {
         opening: [-2.0 * DEGREE, 40.0 * DEGREE],
         protrusion: [-0.002, 0.010],
         lateral: [-0.005, 0.005],
-        yaw: [-8.0 * DEGREE, 8.0 * DEGREE],
+        yaw: [-5.0 * DEGREE, 5.0 * DEGREE],
     };
 
     /// In the order of the joint's numbers.

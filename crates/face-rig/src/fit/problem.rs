@@ -43,9 +43,9 @@ pub struct FitParams {
     pub loss: Loss,
     /// Most accepted steps.
     pub max_iterations: usize,
-    /// Stop when the root-mean-square distance is at most this, meters.
+    /// Stop when the root-mean-square distance, weighted with weights of mean 1, is at most this, meters.
     pub rms_tolerance: f64,
-    /// Stop when a step lowers the root-mean-square distance by less than this, meters.
+    /// Stop when a step lowers that root-mean-square distance by less than this, meters.
     pub rms_change: f64,
     /// Stop when no number moves by more than this.
     pub step_tolerance: f64,
@@ -59,7 +59,7 @@ impl Default for FitParams {
             activation_bounds: Some([0.0, 1.0]),
             jaw_angle_bounds: Some([-0.1, 0.7]),
             activation_weight: 1e-7,
-            joint_weight: 1e-5,
+            joint_weight: 3e-4,
             pose_weight: 0.0,
             orthogonality: Orthogonality {
                 cranium: 1e-2,
@@ -173,7 +173,8 @@ pub struct Fitter<'a> {
     pub observation: &'a dyn Observation,
     /// g*, meters.
     pub target: &'a [f64],
-    /// One weight for each observed point (three numbers); empty for 1 everywhere.
+    /// One weight for each observed point (three numbers); empty for 1 everywhere. Weights say how
+    /// points count among each other: a factor common to all changes nothing.
     pub weights: &'a [f64],
     /// Which numbers may vary.
     pub parametrization: &'a Parametrization,
@@ -308,7 +309,8 @@ impl Fitter<'_> {
         }
     }
 
-    /// Square roots of the weights, one per number.
+    /// Square roots of the weights, one per number, the weights divided by the mean of those above 0:
+    /// a common factor must change neither what a prior is worth nor what a tolerance in meters means.
     fn check(&self, rig: &Rig, start: &[f64]) -> Result<Vec<f64>, FitError> {
         let dim = self.observation.dim();
         let same = |what, found, expected| {
@@ -356,9 +358,18 @@ impl Fitter<'_> {
         if !self.weights.is_empty() && self.weights.iter().all(|w| *w == 0.0) {
             return Err(FitError::EmptyTarget);
         }
-        let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| w.sqrt());
+        let mean = mean_of_positive(self.weights);
+        let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| (w / mean).sqrt());
         Ok((0..dim).map(root).collect())
     }
+}
+
+/// Divided by the largest first: sums of large weights must not overflow.
+fn mean_of_positive(weights: &[f64]) -> f64 {
+    let largest = weights.iter().fold(0.0_f64, |m, &w| m.max(w));
+    let shares = weights.iter().filter(|w| **w > 0.0).map(|w| w / largest);
+    let (sum, count) = shares.fold((0.0, 0_usize), |(sum, count), w| (sum + w, count + 1));
+    largest * (sum / count as f64)
 }
 
 /// Every starting number lies within its bounds.

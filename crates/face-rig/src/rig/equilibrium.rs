@@ -40,7 +40,7 @@ struct Tangent {
 /// How a rig is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigParams {
-    /// How each equilibrium is solved; forces in newtons.
+    /// How each equilibrium is solved.
     pub newton: NewtonParams,
     /// The smallest part of the way to a new pose that is tried before giving up, in (0, 1].
     pub smallest_step: f64,
@@ -49,8 +49,8 @@ pub struct RigParams {
 impl Default for RigParams {
     fn default() -> Self {
         let newton = NewtonParams {
-            gradient_tolerance: 1e-9,
-            relative_gradient_tolerance: 0.0,
+            // Of the forces in the flesh: newtons would mean another accuracy in every unit.
+            relative_gradient_tolerance: 1e-9,
             // Nearly incompressible flesh held by thin layers on bone needs hundreds of conjugate
             // gradient iterations; on the head of 13,000 free nodes a factor costs less.
             linear_solver: LinearSolver::Direct,

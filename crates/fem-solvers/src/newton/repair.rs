@@ -25,6 +25,8 @@ pub(super) struct Workspace<'d, const D: usize> {
     /// Share of the diagonal to start the next step with, under
     /// [`ProjectionPolicy::ExactThenShifted`]; forgotten between solves.
     pub shift: Shift,
+    /// Is the matrix the exact Hessian of the next step already?
+    pub current: bool,
     directions: Directions<'d, D>,
 }
 
@@ -80,6 +82,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
             factorizer: Factorizer::new(problem.coordinates()),
             matrix: problem.pattern().map(BlockSymmetric::zeros),
             shift: Shift::default(),
+            current: false,
             directions: Directions::Setting(None),
         }
     }
@@ -230,7 +233,10 @@ impl<'d, const D: usize> Workspace<'d, D> {
         let Some(matrix) = &mut self.matrix else {
             return Ok(());
         };
-        at.problem.hessian(at.x, projection, matrix);
+        let current = std::mem::take(&mut self.current);
+        if !(current && projection == HessianProjection::None) {
+            at.problem.hessian(at.x, projection, matrix);
+        }
         let finite = |b: &[[f64; D]; D]| b.iter().flatten().all(|v| v.is_finite());
         match matrix.values().iter().position(|b| !finite(b)) {
             None => Ok(()),
