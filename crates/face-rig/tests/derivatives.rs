@@ -305,6 +305,7 @@ fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
         cranium: CraniumModel::Fixed,
         controls: vec![],
         jaw: JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05])),
+        controls: Vec::new(),
     };
     let mut rig = rig();
     let mut target = rig
