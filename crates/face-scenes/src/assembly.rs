@@ -3,7 +3,7 @@
 use super::format::{Inversion, Volume};
 use super::material::{FiberCurve, FiberStretch, NamedMaterial, Region};
 use super::{Scene, SceneError};
-use face_rig::anatomy::FiberEntry;
+use face_rig::anatomy::{Bone, FiberEntry};
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
 use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve};
 use fem_materials::inversion::VolumeBarrier;
@@ -89,7 +89,8 @@ impl Scene {
         Ok(builder)
     }
 
-    /// What keeps a region's elements from turning inside out, where the scene wants that.
+    /// What keeps a region's elements with a free node from turning inside out, where the scene wants
+    /// that.
     fn with_barrier(
         &self,
         builder: AssemblyBuilder<3>,
@@ -103,7 +104,14 @@ impl Scene {
         }
         let barrier = VolumeBarrier::new(BARRED_BELOW, mu);
         let barrier = barrier.map_err(|e| ("material", e.to_string()))?;
-        builder.region(tets, barrier).map_err(in_mesh)
+        // What only bones move no force can hold; it is counted and named instead.
+        let free = |&n: &u32| self.bones.of_node()[n as usize] == Bone::Free;
+        let held = |&tet: &usize| !self.mesh.tet(tet).iter().any(free);
+        let tets: Vec<usize> = tets.iter().copied().filter(|tet| !held(tet)).collect();
+        match tets.is_empty() {
+            true => Ok(builder),
+            false => builder.region(&tets, barrier).map_err(in_mesh),
+        }
     }
 
     /// An entry of the field as a fiber of this element.
