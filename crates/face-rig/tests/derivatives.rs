@@ -303,7 +303,6 @@ fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
         muscles: MUSCLES,
         active: vec![0, 1, 2],
         cranium: CraniumModel::Fixed,
-        controls: vec![],
         jaw: JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05])),
         controls: Vec::new(),
     };
