@@ -1,13 +1,13 @@
 //! dx/dθ against differences of full re-solves, adjoints against columns, and a fit that finds a
 //! known pose, on a block of flesh between a fixed plate (cranium) and a moving one (jaw).
 
-use face_rig::anatomy::JawHinge;
+use face_rig::anatomy::{CondylarPath, EmbeddedPoint, JawHinge, JawJoint, JointLimits};
 use face_rig::fit::{
     CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{
-    AffineMap, AllNodes, CarriedPoint, CarriedPoints, Direction, JacobianRoute, Observation,
-    Parameters, Rig, RigParams,
+    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, Observation, Parameters, Rig,
+    RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
@@ -148,17 +148,17 @@ fn adjoints_agree_with_columns() {
     rig.solve(&pose()).unwrap();
     let sensitivity = rig.sensitivity().unwrap();
     let directions = Direction::all(MUSCLES);
-    let points = CarriedPoints(vec![
-        CarriedPoint {
+    let points = EmbeddedPoints(vec![
+        EmbeddedPoint {
             nodes: [9, 10, 12, 30],
             weights: [0.4, 0.3, 0.2, 0.1],
         },
-        CarriedPoint {
+        EmbeddedPoint {
             nodes: [20, 21, 40, 41],
             weights: [0.7, 0.3, -0.2, 0.2],
         },
-        CarriedPoint::node(13),
-        CarriedPoint::node(44),
+        EmbeddedPoint::node(13),
+        EmbeddedPoint::node(44),
     ]);
     let all = AllNodes {
         nodes: sensitivity.positions().len(),
@@ -199,7 +199,9 @@ fn adjoints_agree_with_columns() {
 fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
     for method in [StepMethod::Qr, StepMethod::NormalEquations] {
         let mut rig = rig();
-        let jaw = JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05]));
+        let hinge = JawHinge::sideways([0.02, 0.0, 0.05]);
+        let joint = JawJoint::new(hinge, CondylarPath::ADULT, JointLimits::ADULT).unwrap();
+        let jaw = JawModel::Joint(joint);
         let cranium = CraniumModel::Rigid;
         let map = Parametrization {
             muscles: MUSCLES,
@@ -208,12 +210,13 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
             jaw,
         };
         let truth = [
-            0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.001, -0.002, 0.002,
+            0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.002, -0.001, 0.03,
         ];
         let target = rig.solve(&map.parameters(&truth)).unwrap().positions();
         let params = FitParams {
             method,
             activation_weight: 0.0,
+            joint_weight: 0.0,
             rms_tolerance: 1e-11,
             rms_change: 0.0,
             step_tolerance: 0.0,
@@ -291,4 +294,53 @@ fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
     assert!(largest(found.iter().zip(truth.to_vec()).map(|(a, b)| a - b)) < 1e-6);
     let frame: AffineMap = report.parameters.jaw;
     assert!(largest(frame.orthogonality()) < 1e-6);
+}
+
+#[test]
+fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
+    let map = Parametrization {
+        muscles: MUSCLES,
+        active: vec![0, 1, 2],
+        cranium: CraniumModel::Fixed,
+        jaw: JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05])),
+    };
+    let mut rig = rig();
+    let mut target = rig
+        .solve(&map.parameters(&[0.6, 0.1, 0.3, 0.15, 0.0, 0.0, 0.0]))
+        .unwrap()
+        .positions();
+    // No pose reaches it: what is left is decided by weights and priors.
+    for (k, x) in target.iter_mut().enumerate() {
+        x[k % 3] += 1e-3 * f64::from(k as u32 % 7);
+    }
+    let mut fit = |factor: f64, initial: f64| {
+        let params = FitParams {
+            damping: Damping::Marquardt { initial },
+            rms_change: 1e-9,
+            ..FitParams::default()
+        };
+        let weights: Vec<f64> = (0..target.len())
+            .map(|k| factor * f64::from(1 + k as u32 % 3))
+            .collect();
+        let fitter = Fitter {
+            observation: &AllNodes {
+                nodes: target.len(),
+            },
+            target: target.as_flattened(),
+            weights: &weights,
+            parametrization: &map,
+            params: &params,
+        };
+        rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+        fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap().q
+    };
+    let expected = fit(1.0, 1e-3);
+    for (factor, initial) in [(1e-9, 1e-3), (1e12, 1e-3), (1.0, 1e9)] {
+        let found = fit(factor, initial);
+        let apart = largest(found.iter().zip(&expected).map(|(a, b)| a - b));
+        assert!(
+            apart < 1e-4,
+            "{factor:e}, {initial:e}: {found:?}, {expected:?}"
+        );
+    }
 }

@@ -304,7 +304,7 @@ impl Contact {
         mut builder: AssemblyBuilder<3>,
         mesh: &SimplexMesh<3>,
         bones: &Bones,
-        embedding: &[EmbeddedPoint],
+        embedding: &BTreeMap<u32, EmbeddedPoint>,
     ) -> Result<AssemblyBuilder<3>, AssemblyError> {
         if self.solids.is_empty() && self.flesh.is_none() {
             return Ok(builder);
@@ -313,7 +313,7 @@ impl Contact {
         let faces = mesh.boundary().faces.into_iter();
         let faces: Vec<[u32; 3]> = faces.filter(|f| f.iter().any(|&n| free(n))).collect();
         if !self.solids.is_empty() {
-            let carried = embedding.iter().map(|p| (p.tet as usize, p.weights));
+            let carried = embedding.values().map(|p| (p.nodes, p.weights));
             let mut points = ContactPoint::carried(mesh, &faces, carried);
             points.retain(|p| p.nodes.iter().any(|&n| free(n as u32)));
             for solid in &self.solids {

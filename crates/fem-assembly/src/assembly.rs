@@ -5,10 +5,11 @@ use crate::dofs::Dofs;
 use crate::error::AssemblyError;
 use crate::plan::{Chunk, Piece, Summand, Work};
 use crate::rest::RestElements;
-use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Target, pair};
+use crate::scales;
+use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Summed, Target, pair};
 use fem_materials::HessianProjection;
+use fem_solvers::parallel::map;
 use fem_solvers::{BlockPattern, BlockSymmetric};
-use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
 /// A mesh with the terms of its energy, ready to be evaluated in any configuration.
@@ -32,7 +33,7 @@ pub struct Assembly<const D: usize> {
     pub(crate) free_pieces: Vec<Piece>,
     pub(crate) prescribed_pieces: Vec<Piece>,
     pub(crate) controls: usize,
-    pub(crate) force_scale: OnceLock<Option<f64>>,
+    pub(crate) force_scales: OnceLock<Option<Vec<f64>>>,
 }
 
 impl<const D: usize> std::fmt::Debug for Assembly<D> {
@@ -75,30 +76,22 @@ impl<const D: usize> Assembly<D> {
     pub fn controls(&self) -> usize {
         self.controls
     }
-    /// The force that strains by one at rest, newtons: the stiffness of a free node in the median
-    /// times the mean size of an element. `None` where nothing is stiff at rest.
-    pub fn force_scale(&self) -> Option<f64> {
-        *self.force_scale.get_or_init(|| {
-            let mut hessian = BlockSymmetric::zeros(self.pattern.clone());
-            let controls = vec![0.0; self.controls];
-            let at_rest = Configuration::trusted(&self.rest, &controls);
-            self.hessian(at_rest, HessianProjection::None, &mut hessian);
-            let mut stiffness: Vec<f64> = (0..self.pattern.blocks())
-                .map(|row| {
-                    let block = hessian.values()[self.pattern.diagonal(row)];
-                    (0..D).fold(0.0, |m, k| block[k][k].abs().max(m))
-                })
-                .collect();
-            stiffness.sort_by(f64::total_cmp);
-            let median = *stiffness.get(stiffness.len() / 2)?;
-            let volume: f64 = self.volumes().sum::<f64>() / self.elements.len() as f64;
-            let scale = median * volume.powf(1.0 / D as f64);
-            (scale > 0.0 && scale.is_finite()).then_some(scale)
-        })
+    /// For each unknown the force that strains by one at rest, newtons: the stiffness of its node times
+    /// the mean size of the elements there. Where a node has no stiffness at rest, or no element, it is
+    /// the median of the others; `None` where nothing is stiff.
+    pub fn force_scales(&self) -> Option<&[f64]> {
+        self.force_scales
+            .get_or_init(|| scales::of(self))
+            .as_deref()
     }
     /// Rest volume of each element, m³ (m² in 2D).
     pub fn volumes(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         (0..self.elements.len()).map(|e| self.elements.volume(e))
+    }
+
+    /// The nodes of an element.
+    pub fn nodes_of(&self, element: usize) -> &[u32] {
+        self.elements.nodes_of(element)
     }
 
     /// det F of every element at the given positions, the least of its quadrature points; no material
@@ -141,13 +134,22 @@ impl<const D: usize> Assembly<D> {
 
     /// The first element (in mesh order) whose energy is not finite.
     pub fn element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
-        let free = self.energies(at, &self.free_pieces);
-        let prescribed = self.energies(at, &self.prescribed_pieces);
+        let free = self.outside(&self.energies(at, &self.free_pieces));
+        let prescribed = self.prescribed_element_outside_domain(at);
+        free.into_iter().chain(prescribed).min()
+    }
+
+    /// The first element (in mesh order) without a free node whose energy is not finite: nothing that
+    /// an equilibrium could find would mend it.
+    pub fn prescribed_element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
+        self.outside(&self.energies(at, &self.prescribed_pieces))
+    }
+
+    fn outside(&self, energies: &[f64]) -> Option<usize> {
         let outside = self.summands.iter().flat_map(|summand| {
-            let (first, count) = (summand.first_energy, summand.stencils.count());
-            let (free, prescribed) = (&free[first..], &prescribed[first..]);
-            (0..count)
-                .filter(move |&s| !(free[s].is_finite() && prescribed[s].is_finite()))
+            let energies = &energies[summand.first_energy..];
+            (0..summand.stencils.count())
+                .filter(|&s| !energies[s].is_finite())
                 .filter_map(|s| summand.term.element(s))
         });
         outside.min()
@@ -155,7 +157,7 @@ impl<const D: usize> Assembly<D> {
 
     /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
     pub fn gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
-        let energies = self.by_rows(gradient, |summand, stencils, sink| {
+        let energies = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
         self.clear_prescribed_axes(gradient);
@@ -164,6 +166,17 @@ impl<const D: usize> Assembly<D> {
             by_stencil[stencil as usize] = energy;
         }
         self.sum(&by_stencil, true)
+    }
+
+    /// Σₛ |∂eₛ/∂x| for each unknown, newtons: the forces whose sum [`Assembly::gradient`] is; its
+    /// rounding is ε times a few of them.
+    pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
+        let mut sums = vec![0.0; self.dofs.unknowns()];
+        self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
+            summand.term.gradient(at, stencils, sink);
+        });
+        self.clear_prescribed_axes(&mut sums);
+        sums
     }
 
     /// Nodal forces f = −∂E/∂x at every node, prescribed ones included, newtons: at equilibrium the
@@ -207,7 +220,7 @@ impl<const D: usize> Assembly<D> {
             pieces.push((chunk, piece));
             rest = tail;
         }
-        pieces.into_par_iter().for_each(|(chunk, values)| {
+        map::<_, (), ()>(pieces, |(chunk, values)| {
             values.fill([[0.0; D]; D]);
             for (summand, work) in self.summands.iter().zip(&chunk.works) {
                 let pairs = pair(summand.stencils.vertices, 0);
@@ -236,7 +249,7 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
         product: &mut [f64],
     ) {
-        self.by_rows(product, |summand, stencils, sink| {
+        self.by_rows(product, Summed::AsTheyAre, |summand, stencils, sink| {
             summand
                 .term
                 .hessian_vector(at, displacement, stencils, sink);
@@ -247,7 +260,7 @@ impl<const D: usize> Assembly<D> {
     /// ∂²E/∂x^U∂c of one control: minus the force that it causes at 1 (document 000, eq. 4, for
     /// the activation of a muscle). It depends on no control.
     pub fn control_gradient(&self, at: Configuration<D>, control: usize, gradient: &mut [f64]) {
-        self.by_rows(gradient, |summand, stencils, sink| {
+        self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             if control < summand.term.controls() {
                 summand.term.control_gradient(at, control, stencils, sink);
             }
@@ -277,6 +290,7 @@ impl<const D: usize> Assembly<D> {
     fn by_rows(
         &self,
         rows: &mut [f64],
+        summed: Summed,
         work: impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>) + Sync,
     ) -> Vec<Vec<(u32, f64)>> {
         let mut pieces = Vec::with_capacity(self.chunks.len());
@@ -309,13 +323,14 @@ impl<const D: usize> Assembly<D> {
                         owned: &owned[run.start..],
                         first_energy: summand.first_energy,
                         energies: Some(&mut energies),
+                        summed,
                     };
                     work(summand, stencils, &mut sink);
                 }
             }
             energies
         };
-        pieces.into_par_iter().map(of_chunk).collect()
+        map(pieces, of_chunk)
     }
 
     /// Runs `work` on every stencil; every node has a row.
@@ -339,6 +354,7 @@ impl<const D: usize> Assembly<D> {
                 owned: &[],
                 first_energy: summand.first_energy,
                 energies: None,
+                summed: Summed::AsTheyAre,
             };
             work(summand, 0..summand.stencils.count(), &mut sink);
         }
@@ -393,16 +409,14 @@ impl<const D: usize> Assembly<D> {
             rest = tail;
             done = start + piece.stencils.len();
         }
-        outputs
-            .into_par_iter()
-            .for_each(|(summand, stencils, energies)| {
-                let mut sink = EnergySink {
-                    first: stencils.start,
-                    scale: 1.0,
-                    energies,
-                };
-                summand.term.energy(at, stencils, &mut sink);
-            });
+        map::<_, (), ()>(outputs, |(summand, stencils, energies)| {
+            let mut sink = EnergySink {
+                first: stencils.start,
+                scale: 1.0,
+                energies,
+            };
+            summand.term.energy(at, stencils, &mut sink);
+        });
         energies
     }
 

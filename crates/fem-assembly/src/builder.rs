@@ -202,7 +202,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             chunks,
             summands,
             controls,
-            force_scale: std::sync::OnceLock::new(),
+            force_scales: std::sync::OnceLock::new(),
         })
     }
 }

@@ -42,6 +42,7 @@ mod quasistatic;
 mod renewal;
 mod renewing;
 mod rest;
+mod scales;
 mod shape;
 mod sink;
 mod stiffness;

@@ -9,6 +9,7 @@ use crate::error::AssemblyError;
 use crate::sink::{NONE, TRANSPOSED, pair};
 use crate::term::{Stencils, Term};
 use fem_solvers::BlockPattern;
+use fem_solvers::parallel;
 use std::ops::Range;
 
 /// Rows below which a chunk is not worth its border.
@@ -183,7 +184,7 @@ pub(crate) fn fits<const D: usize>(
 /// Cuts the rows into runs of about equal work.
 pub(crate) fn cut<const D: usize>(dofs: &Dofs<D>, summands: &[Summand<D>]) -> Vec<Range<usize>> {
     let rows = dofs.free_nodes();
-    let wanted = CHUNKS_PER_THREAD * rayon::current_num_threads();
+    let wanted = CHUNKS_PER_THREAD * parallel::threads();
     let count = (rows / SMALLEST_CHUNK).clamp(1, wanted.max(1));
     let mut work = vec![0_usize; rows];
     for stencils in summands.iter().map(|s| &s.stencils) {

@@ -126,18 +126,27 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     fn merit(&self) -> Merit {
         self.merit
     }
-    fn gradient_scale(&self) -> Option<f64> {
-        self.assembly.force_scale()
-    }
-    fn gradient_rounding(&self, x: &[f64]) -> Option<f64> {
+    /// [`Assembly::force_scales`] times how far the body is strained, the largest ratio of the forces
+    /// that meet in a node to its scale, at most 1; never more than the largest of those forces, so
+    /// that a stiff island in soft flesh is balanced by what the flesh can do to it. Small loads, and the pressures of nearly
+    /// incompressible flesh, are thus balanced to the same share as large ones, a soft part as well as
+    /// a stiff one.
+    fn gradient_scales(&self, x: &[f64]) -> Option<Vec<f64>> {
+        let scales = self.assembly.force_scales()?;
         let positions = self.positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
-        let forces = self.assembly.forces_everywhere(at);
-        let largest = forces
-            .as_flattened()
-            .iter()
-            .fold(0.0_f64, |m, f| m.max(f.abs()));
-        Some(4.0 * f64::EPSILON * largest)
+        let forces = self.assembly.absolute_forces(at);
+        let ratios = forces.iter().zip(scales).map(|(f, s)| f / s);
+        let strain = ratios.fold(0.0_f64, f64::max).min(1.0);
+        let largest = forces.iter().fold(0.0_f64, |m, f| m.max(*f));
+        Some(scales.iter().map(|s| largest.min(strain * s)).collect())
+    }
+    fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
+        let positions = self.positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        let mut floor = self.assembly.absolute_forces(at);
+        floor.iter_mut().for_each(|f| *f *= 4.0 * f64::EPSILON);
+        Some(floor)
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         let rest = self.assembly.rest();

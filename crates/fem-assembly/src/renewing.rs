@@ -69,7 +69,7 @@ struct Covered<'a, const D: usize> {
 
 /// Solves for equilibrium as [`Newton::solve`] does and renews the stencils of the assembly
 /// ([`Assembly::renew`]) at the start, whenever a step would leave what they cover, and at the end,
-/// until none is missing. `newton` is made again when the pattern changes.
+/// until none is missing. `newton` is [renewed](Newton::renew) when the pattern changes.
 ///
 /// `start` holds the prescribed nodes' places and a first guess for the free ones, meters. Without
 /// terms that change their stencils this is `newton.solve` of a [`Quasistatic`] problem.
@@ -79,7 +79,7 @@ struct Covered<'a, const D: usize> {
 /// [`RenewingError::Unsettled`] where the stencils do not come to rest.
 pub fn solve_renewing<const D: usize>(
     assembly: &mut Assembly<D>,
-    newton: &mut Newton<D>,
+    newton: &mut Newton<'_, D>,
     start: Vec<[f64; D]>,
     controls: &[f64],
     params: &NewtonParams,
@@ -111,7 +111,7 @@ pub fn solve_renewing<const D: usize>(
 
 fn renew<const D: usize>(
     assembly: &mut Assembly<D>,
-    newton: &mut Newton<D>,
+    newton: &mut Newton<'_, D>,
     controls: &[f64],
     done: &mut RenewedSolution<D>,
 ) -> Result<bool, RenewingError<D>> {
@@ -124,7 +124,7 @@ fn renew<const D: usize>(
     let analyzed = newton.matrix().map(BlockSymmetric::pattern);
     if !analyzed.is_some_and(|own| Arc::ptr_eq(own, assembly.pattern())) {
         let problem = Quasistatic::new(assembly, done.positions.clone(), controls.to_vec())?;
-        *newton = Newton::new(&problem);
+        newton.renew(&problem);
         done.analyses += 1;
     }
     Ok(changed)
@@ -133,7 +133,7 @@ fn renew<const D: usize>(
 /// Solves until convergence (true) or until stencils must be looked for (false).
 fn part<const D: usize>(
     assembly: &Assembly<D>,
-    newton: &mut Newton<D>,
+    newton: &mut Newton<'_, D>,
     controls: &[f64],
     params: &mut NewtonParams,
     done: &mut RenewedSolution<D>,
@@ -153,9 +153,8 @@ fn part<const D: usize>(
     });
     done.positions = covered.problem.positions(&x);
     // What the first part measured its gradient against holds for all.
-    if params.reference.is_none() {
-        let scale = assembly.force_scale().unwrap_or(f64::INFINITY);
-        params.reference = first.map(|f| f.min(scale));
+    if params.reference.is_none() && assembly.force_scales().is_none() {
+        params.reference = first;
     }
     match solved {
         Ok(info) => {
@@ -210,10 +209,10 @@ impl<const D: usize> NonlinearProblem<D> for Covered<'_, D> {
     fn merit(&self) -> Merit {
         self.problem.merit()
     }
-    fn gradient_scale(&self) -> Option<f64> {
-        self.problem.gradient_scale()
+    fn gradient_scales(&self, x: &[f64]) -> Option<Vec<f64>> {
+        self.problem.gradient_scales(x)
     }
-    fn gradient_rounding(&self, x: &[f64]) -> Option<f64> {
+    fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.problem.gradient_rounding(x)
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {

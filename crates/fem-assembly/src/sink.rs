@@ -44,6 +44,15 @@ impl EnergySink<'_> {
     }
 }
 
+/// What becomes of the vectors that meet in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Summed {
+    /// They add up.
+    AsTheyAre,
+    /// Their entries' absolute values add up: what a sum loses by rounding is `ε` times that.
+    Absolutely,
+}
+
 /// Takes a vector at each vertex of a run of stencils: a gradient or the product with a Hessian.
 #[derive(Debug)]
 pub struct GradientSink<'a, const D: usize> {
@@ -59,6 +68,7 @@ pub struct GradientSink<'a, const D: usize> {
     pub(crate) owned: &'a [bool],
     pub(crate) first_energy: usize,
     pub(crate) energies: Option<&'a mut Vec<(u32, f64)>>,
+    pub(crate) summed: Summed,
 }
 
 impl<const D: usize> GradientSink<'_, D> {
@@ -73,7 +83,11 @@ impl<const D: usize> GradientSink<'_, D> {
         if row != NONE {
             let sum = &mut self.sums[row as usize];
             for i in 0..D {
-                sum[i] += self.scale * vector[i];
+                let value = self.scale * vector[i];
+                sum[i] += match self.summed {
+                    Summed::AsTheyAre => value,
+                    Summed::Absolutely => value.abs(),
+                };
             }
         }
     }
@@ -86,6 +100,20 @@ impl<const D: usize> GradientSink<'_, D> {
         let rows = &self.rows[start..start + LANES * vertices];
         // Locals, which the stores into the sums cannot change.
         let (scale, sums) = (self.scale, &mut *self.sums);
+        if self.summed == Summed::Absolutely {
+            for lane in 0..LANES {
+                for a in 0..vertices {
+                    let row = rows[lane * vertices + a];
+                    if row != NONE {
+                        let sum = &mut sums[row as usize];
+                        for i in 0..D {
+                            sum[i] += (scale * vectors[a][i].0[lane]).abs();
+                        }
+                    }
+                }
+            }
+            return;
+        }
         // Element by element: where the batches of eight are cut must not change the order of a sum.
         if scale == 1.0 {
             for lane in 0..LANES {

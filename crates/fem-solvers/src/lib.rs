@@ -73,7 +73,7 @@ mod gauss_newton;
 mod newton;
 mod operator;
 mod ordering;
-mod parallel;
+pub mod parallel;
 mod pcg;
 mod preconditioner;
 mod small;

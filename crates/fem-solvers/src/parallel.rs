@@ -6,20 +6,20 @@ use rayon::prelude::*;
 
 /// Runs both.
 #[cfg(feature = "rayon")]
-pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+pub fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
     rayon::join(a, b);
 }
 
 /// Runs both.
 #[cfg(not(feature = "rayon"))]
-pub(crate) fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+pub fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
     a();
     b();
 }
 
 /// The result of every task; a single one runs on the calling thread.
 #[cfg(feature = "rayon")]
-pub(crate) fn map<T: Send, R: Send, C: FromIterator<R> + FromParallelIterator<R>>(
+pub fn map<T: Send, R: Send, C: FromIterator<R> + FromParallelIterator<R>>(
     tasks: Vec<T>,
     run: impl Fn(T) -> R + Send + Sync,
 ) -> C {
@@ -32,9 +32,21 @@ pub(crate) fn map<T: Send, R: Send, C: FromIterator<R> + FromParallelIterator<R>
 
 /// The result of every task.
 #[cfg(not(feature = "rayon"))]
-pub(crate) fn map<T: Send, R: Send, C: FromIterator<R>>(
+pub fn map<T: Send, R: Send, C: FromIterator<R>>(
     tasks: Vec<T>,
     run: impl Fn(T) -> R + Send + Sync,
 ) -> C {
     tasks.into_iter().map(run).collect()
+}
+
+/// Threads that tasks are spread over.
+#[cfg(feature = "rayon")]
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
+/// Threads that tasks are spread over.
+#[cfg(not(feature = "rayon"))]
+pub fn threads() -> usize {
+    1
 }

@@ -1,7 +1,7 @@
 use super::Deviation;
 use super::read::{Report, list, number, numbers, relative};
 use crate::float::worse;
-use crate::kkt::{ConstrainedProblem, RelaxedKkt};
+use crate::kkt::{ConstrainedProblem, Constraints, Kkt};
 use serde_json::Value;
 
 /// E = xᵀHx/2 − g·x + κ/4 Σ x_i⁴ with c = G x − h₀.
@@ -25,6 +25,13 @@ impl ConstrainedProblem for Quartic {
     }
     fn constraints(&self) -> usize {
         self.h0.len()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        let mut Hx = vec![0.0; x.len()];
+        multiply(&self.H, x, &mut Hx);
+        (0..x.len())
+            .map(|i| (0.5 * Hx[i] - self.g[i]) * x[i] + 0.25 * self.kappa * x[i].powi(4))
+            .sum()
     }
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
         multiply(&self.H, x, g);
@@ -77,14 +84,25 @@ pub fn compare(file: &Value) -> Result<Vec<Deviation>, String> {
         prefix: "relaxed".into(),
         deviations: Vec::new(),
     };
+    let start = vec![0.0; problem.g.len()];
+    let constrained = Kkt {
+        constraints: Constraints::Exact,
+        tolerance: 1e-10,
+        max_iterations: 30,
+    };
+    let solution = constrained.solve(&problem, &start);
+    let solution = solution.map_err(|e| e.to_string())?;
+    report.prefix = "exact".into();
+    report.push("x", relative(&solution.x, &exact), 1e-12);
+    let lambda = numbers(&file["exact"], "lambda")?;
+    report.push("lambda", relative(&solution.lambda, &lambda), 1e-12);
     for case in list(file, "relaxed")? {
         let eta = number(case, "eta")?;
-        let solver = RelaxedKkt {
-            stiffness: -eta,
+        let solver = Kkt {
+            constraints: Constraints::Relaxed { stiffness: -eta },
             tolerance: 1e-10,
             max_iterations: 30,
         };
-        let start = vec![0.0; problem.g.len()];
         let solution = solver.solve(&problem, &start).map_err(|e| e.to_string())?;
         report.prefix = format!("eta={eta:e}");
         report.push("x", relative(&solution.x, &numbers(case, "x")?), 1e-9);
@@ -93,11 +111,20 @@ pub fn compare(file: &Value) -> Result<Vec<Deviation>, String> {
             relative(&solution.lambda, &numbers(case, "lambda")?),
             1e-8,
         );
-        // The file lists what each Newton step started from; `x` is where the last one ended.
+        // The file lists what each full Newton step started from; `x` is where the last one ended.
+        let n = start.len();
         let mut path = numbers(case, "x_iterates")?;
         path.extend(numbers(case, "x")?);
-        let ours: Vec<f64> = solution.iterates.iter().flatten().copied().collect();
-        report.push("iterates, all of them", relative(&ours, &path), 1e-9);
+        let mut ours = Vec::new();
+        for x in path[..path.len() - n].chunks(n) {
+            let step = solver.step(&problem, x).map_err(|e| e.to_string())?;
+            ours.extend(x.iter().zip(&step.dx).map(|(x, dx)| x + dx));
+        }
+        report.push(
+            "Newton's steps, all of them",
+            relative(&ours, &path[n..]),
+            1e-9,
+        );
         let distance: f64 = solution
             .x
             .iter()

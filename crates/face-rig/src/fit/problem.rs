@@ -1,6 +1,6 @@
 //! The least-squares problem ½ |g* − g(x(θ))|² and its solution.
 
-use super::parametrization::Parametrization;
+use super::parametrization::{JawModel, Parametrization};
 use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
 use crate::stopwatch::Stopwatch;
 use fem_solvers::{
@@ -27,10 +27,13 @@ pub struct FitParams {
     pub damping: Damping,
     /// Bounds of the activations; `None` lets muscles push.
     pub activation_bounds: Option<[f64; 2]>,
-    /// Largest turn of the jaw either way, radians, for a hinged jaw.
+    /// Angles between which a jaw with a mere hinge turns, radians; a joint has limits of its own.
     pub jaw_angle_bounds: Option<[f64; 2]>,
     /// Tikhonov weight w_a of ½ w_a |α|², meters².
     pub activation_weight: f64,
+    /// Tikhonov weight w_j of ½ w_j Σ (s / s_max)² over a joint's protrusion, lateral shift and yaw,
+    /// each relative to its wider limit; meters². The opening is free.
+    pub joint_weight: f64,
     /// Tikhonov weight of the head's and the jaw's numbers, meters² over their unit squared.
     pub pose_weight: f64,
     /// Orthogonality of affine frames.
@@ -39,9 +42,9 @@ pub struct FitParams {
     pub loss: Loss,
     /// Most accepted steps.
     pub max_iterations: usize,
-    /// Stop when the root-mean-square distance is at most this, meters.
+    /// Stop when the root-mean-square distance, weighted with weights of mean 1, is at most this, meters.
     pub rms_tolerance: f64,
-    /// Stop when a step lowers the root-mean-square distance by less than this, meters.
+    /// Stop when a step lowers that root-mean-square distance by less than this, meters.
     pub rms_change: f64,
     /// Stop when no number moves by more than this.
     pub step_tolerance: f64,
@@ -55,6 +58,7 @@ impl Default for FitParams {
             activation_bounds: Some([0.0, 1.0]),
             jaw_angle_bounds: Some([-0.1, 0.7]),
             activation_weight: 1e-7,
+            joint_weight: 3e-4,
             pose_weight: 0.0,
             orthogonality: Orthogonality {
                 cranium: 1e-2,
@@ -168,7 +172,8 @@ pub struct Fitter<'a> {
     pub observation: &'a dyn Observation,
     /// g*, meters.
     pub target: &'a [f64],
-    /// One weight for each observed point (three numbers); empty for 1 everywhere.
+    /// One weight for each observed point (three numbers); empty for 1 everywhere. Weights say how
+    /// points count among each other: a factor common to all changes nothing.
     pub weights: &'a [f64],
     /// Which numbers may vary.
     pub parametrization: &'a Parametrization,
@@ -188,7 +193,7 @@ impl Fitter<'_> {
         observer: &mut dyn FnMut(&FitIteration),
     ) -> Result<FitReport, FitError> {
         let roots = self.check(rig, start)?;
-        let settings = self.settings(start);
+        let settings = self.settings();
         within(start, settings.bounds.as_ref())?;
         let map = self.parametrization;
         let begin = Stopwatch::start();
@@ -256,7 +261,7 @@ impl Fitter<'_> {
         })
     }
 
-    fn settings(&self, start: &[f64]) -> GaussNewtonParams {
+    fn settings(&self) -> GaussNewtonParams {
         let (map, params) = (self.parametrization, self.params);
         let muscles = map.active.len();
         let mut lower = vec![f64::NEG_INFINITY; map.len()];
@@ -265,12 +270,20 @@ impl Fitter<'_> {
             lower[..muscles].fill(low);
             upper[..muscles].fill(high);
         }
-        if let (Some([low, high]), Some(_)) = (params.jaw_angle_bounds, map.jaw_angle(start)) {
-            let place = muscles + map.cranium_numbers();
-            (lower[place], upper[place]) = (low, high);
-        }
         let mut weights = vec![params.pose_weight; map.len()];
         weights[..muscles].fill(params.activation_weight);
+        let jaw = map.jaw_start();
+        match (&map.jaw, params.jaw_angle_bounds) {
+            (JawModel::Joint(joint), _) => {
+                for (k, [low, high]) in joint.limits().to_array().into_iter().enumerate() {
+                    (lower[jaw + k], upper[jaw + k]) = (low, high);
+                    let slides = if k == 0 { 0.0 } else { params.joint_weight };
+                    weights[jaw + k] += slides / low.abs().max(high).powi(2);
+                }
+            }
+            (JawModel::Hinge(_), Some([low, high])) => (lower[jaw], upper[jaw]) = (low, high),
+            _ => {}
+        }
         GaussNewtonParams {
             method: params.method,
             damping: params.damping,
@@ -290,7 +303,8 @@ impl Fitter<'_> {
         }
     }
 
-    /// Square roots of the weights, one per number.
+    /// Square roots of the weights, one per number, the weights divided by the mean of those above 0:
+    /// a common factor must change neither what a prior is worth nor what a tolerance in meters means.
     fn check(&self, rig: &Rig, start: &[f64]) -> Result<Vec<f64>, FitError> {
         let dim = self.observation.dim();
         let same = |what, found, expected| {
@@ -333,9 +347,18 @@ impl Fitter<'_> {
         if !self.weights.is_empty() && self.weights.iter().all(|w| *w == 0.0) {
             return Err(FitError::EmptyTarget);
         }
-        let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| w.sqrt());
+        let mean = mean_of_positive(self.weights);
+        let root = |k: usize| self.weights.get(k / 3).map_or(1.0, |w| (w / mean).sqrt());
         Ok((0..dim).map(root).collect())
     }
+}
+
+/// Divided by the largest first: sums of large weights must not overflow.
+fn mean_of_positive(weights: &[f64]) -> f64 {
+    let largest = weights.iter().fold(0.0_f64, |m, &w| m.max(w));
+    let shares = weights.iter().filter(|w| **w > 0.0).map(|w| w / largest);
+    let (sum, count) = shares.fold((0.0, 0_usize), |(sum, count), w| (sum + w, count + 1));
+    largest * (sum / count as f64)
 }
 
 /// Every starting number lies within its bounds.

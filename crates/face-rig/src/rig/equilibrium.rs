@@ -21,7 +21,7 @@ use std::time::Duration;
 pub struct Rig {
     assembly: Assembly<3>,
     jaw: Vec<u32>,
-    newton: Newton<3>,
+    newton: Newton<'static, 3>,
     params: RigParams,
     solved: Equilibrium,
     tangent: Option<Tangent>,
@@ -37,7 +37,7 @@ struct Tangent {
 /// How a rig is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigParams {
-    /// How each equilibrium is solved; forces in newtons.
+    /// How each equilibrium is solved.
     pub newton: NewtonParams,
     /// The smallest part of the way to a new pose that is tried before giving up, in (0, 1].
     pub smallest_step: f64,
@@ -46,8 +46,8 @@ pub struct RigParams {
 impl Default for RigParams {
     fn default() -> Self {
         let newton = NewtonParams {
-            gradient_tolerance: 1e-9,
-            relative_gradient_tolerance: 0.0,
+            // Of the forces in the flesh: newtons would mean another accuracy in every unit.
+            relative_gradient_tolerance: 1e-9,
             // Nearly incompressible flesh held by thin layers on bone needs hundreds of conjugate
             // gradient iterations; on the head of 13,000 free nodes a factor costs less.
             linear_solver: LinearSolver::Direct,
@@ -186,10 +186,12 @@ impl Rig {
     /// is walked in parts. After an error the rig still holds its last solved pose.
     ///
     /// # Errors
+    /// [`RigError::MovedOutOfDomain`] where the bones alone make the energy infinite;
     /// [`RigError::NoEquilibrium`] says how far the walk came; [`RigError::Walk`] when
     /// [`RigParams::smallest_step`] is no part of a way.
     pub fn solve(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
         self.check(parameters)?;
+        self.check_bones(parameters)?;
         let begin = Stopwatch::start();
         let walked = self.walk(parameters);
         self.work.equilibrium_time += begin.elapsed();
@@ -365,6 +367,26 @@ impl Rig {
             Some(e) => format!(", element {e} would be turned inside out by moving the bones"),
             None => String::new(),
         }
+    }
+
+    /// Newton's energy has no element without a free node; an infinite one is found here.
+    fn check_bones(&self, pose: &Parameters) -> Result<(), RigError> {
+        let mut z = self.assembly.rest().to_vec();
+        self.place_bones(&mut z, &pose.jaw);
+        let at = self.assembly.configuration(&z, &pose.activations)?;
+        let Some(element) = self.assembly.prescribed_element_outside_domain(at) else {
+            return Ok(());
+        };
+        let nodes = self.assembly.nodes_of(element).iter().copied();
+        let (jaw, cranium) = nodes.partition(|n| self.jaw.contains(n));
+        let gradients = self.assembly.deformation_gradients(element, &z);
+        let ratios = gradients.map(|gradient| gradient.determinant());
+        Err(RigError::MovedOutOfDomain {
+            element,
+            ratio: ratios.fold(f64::INFINITY, f64::min),
+            jaw,
+            cranium,
+        })
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), RigError> {

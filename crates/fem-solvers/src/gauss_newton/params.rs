@@ -86,7 +86,10 @@ pub struct GaussNewtonParams {
     pub group_size: usize,
     /// Most accepted steps.
     pub max_iterations: usize,
-    /// Stop when no parameter moves by more than this in a step.
+    /// Stop when no parameter moves by more than this in a step. This test and the other two of a
+    /// step's size count only where the step is predicted to gain half of what one without damping
+    /// would, or where that is nothing by the same tests: a step that is short because it is damped is
+    /// no end.
     pub step_tolerance: f64,
     /// Stop when a step lowers the cost by less than this share.
     pub cost_tolerance: f64,
@@ -178,7 +181,8 @@ pub enum GaussNewtonFailure<E> {
     /// `max_iterations` steps were not enough.
     #[error("not converged")]
     NotConverged,
-    /// No damping makes a step that lowers the cost.
+    /// No damping makes a step that lowers the cost, although the model without damping promises more
+    /// than rounding: Jacobian and residual do not belong together, or the residual is noisy.
     #[error("no step lowers the cost, up to damping {lambda:e}")]
     NoDecrease {
         /// The largest damping tried.

@@ -1,6 +1,8 @@
 //! The Gauss-Newton and Levenberg-Marquardt loop.
 
+use super::damper::Damper;
 use super::linear_step::{Model, RankLoss, blocked};
+use super::stop::Remaining;
 use super::{
     Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonInfo, GaussNewtonIteration,
     GaussNewtonParams, GaussNewtonStop, LeastSquares,
@@ -121,13 +123,28 @@ fn run<P: LeastSquares + ?Sized>(
             return Ok(GaussNewtonStop::Gradient);
         }
         let before = (fit.info.cost, fit.info.residual);
+        // What the undamped model promises here is asked for only where a step seems to be the last.
+        let here = fit.theta.to_vec();
+        let promise = || Remaining::of(&model, &here, params, before);
         let Some(taken) = fit.step(&model, &mut damper)? else {
-            return Ok(GaussNewtonStop::Step);
+            if promise().is_some_and(|left| left.is_nothing(params)) {
+                return Ok(GaussNewtonStop::Step);
+            }
+            let lambda = damper.lambda;
+            return Err(GaussNewtonFailure::NoDecrease { lambda });
         };
         fit.info.iterations += 1;
         fit.report(observer, taken.length, taken.lambda);
         if let Some(stop) = fit.met(before, &taken) {
-            return Ok(stop);
+            let last = stop == GaussNewtonStop::Residual
+                || taken.lambda == 0.0
+                || promise().is_some_and(|left| {
+                    left.is_taken_by(taken.predicted) || left.is_nothing(params)
+                });
+            if last {
+                return Ok(stop);
+            }
+            damper.ease();
         }
     }
 }
@@ -137,6 +154,8 @@ struct Taken {
     length: f64,
     /// Its damping.
     lambda: f64,
+    /// The decrease of the undamped model along it.
+    predicted: f64,
     /// Could longer ones not be evaluated?
     cut_short: bool,
 }
@@ -255,6 +274,7 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
                 return Ok(Some(Taken {
                     length: step,
                     lambda: 0.0,
+                    predicted: model.decrease(&d),
                     cut_short: false,
                 }));
             }
@@ -274,6 +294,7 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
                 return Ok(Some(Taken {
                     length: step,
                     lambda,
+                    predicted,
                     cut_short,
                 }));
             }
@@ -490,73 +511,5 @@ fn reweight(weighted: &mut [f64], j: &mut [f64], r: &[f64], m: usize, params: &G
         for column in j.chunks_mut(m) {
             column[rows.clone()].iter_mut().for_each(|v| *v *= w);
         }
-    }
-}
-
-/// The damping parameter, updated after Nielsen (1999).
-struct Damper {
-    kind: Damping,
-    lambda: f64,
-    growth: f64,
-    started: bool,
-    /// The damping of the last step that could not be evaluated.
-    failed_at: Option<f64>,
-}
-
-impl Damper {
-    fn new(kind: Damping) -> Self {
-        Self {
-            kind,
-            lambda: 0.0,
-            growth: 2.0,
-            started: false,
-            failed_at: None,
-        }
-    }
-
-    /// Is a step of this damping short because less damped ones could not be evaluated?
-    fn cuts_short(&self, lambda: f64) -> bool {
-        self.failed_at.is_some_and(|failed| lambda > failed)
-    }
-
-    /// What is added to the diagonal of the Gauss-Newton matrix.
-    fn vector(&mut self, model: &Model<'_>) -> Option<Vec<f64>> {
-        let diagonal = model.diagonal();
-        let largest = diagonal.iter().fold(0.0_f64, |a, &b| a.max(b));
-        let (initial, marquardt) = match self.kind {
-            Damping::None => return None,
-            Damping::Levenberg { initial } => {
-                (initial * if largest > 0.0 { largest } else { 1.0 }, None)
-            }
-            Damping::Marquardt { initial } => (
-                initial,
-                Some(1e-12 * if largest > 0.0 { largest } else { 1.0 }),
-            ),
-        };
-        if !self.started {
-            self.lambda = initial;
-            self.started = true;
-        }
-        Some(match marquardt {
-            None => vec![self.lambda; model.n],
-            Some(floor) => diagonal
-                .iter()
-                .map(|d| self.lambda * d.max(floor))
-                .collect(),
-        })
-    }
-
-    fn accept(&mut self, ratio: f64) {
-        if !self.cuts_short(self.lambda) {
-            self.failed_at = None;
-        }
-        let factor = 1.0 - (2.0 * ratio - 1.0).powi(3);
-        self.lambda = (self.lambda * factor.clamp(1.0 / 3.0, 2.0)).max(1e-15);
-        self.growth = 2.0;
-    }
-
-    fn reject(&mut self) {
-        self.lambda *= self.growth;
-        self.growth *= 2.0;
     }
 }

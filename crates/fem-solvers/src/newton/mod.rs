@@ -9,6 +9,7 @@ mod repair;
 mod shift;
 mod solve;
 mod tangent;
+mod target;
 
 pub use direction::{Descent, DescentDirection, DescentOutcome, NewtonSystem, PcgDirection};
 pub use fem_kinematics::HessianProjection;

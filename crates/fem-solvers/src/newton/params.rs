@@ -87,10 +87,11 @@ impl Default for LineSearchParams {
 pub struct NewtonParams {
     /// Converged when the largest gradient entry is at most this, in the unit of the gradient.
     pub gradient_tolerance: f64,
-    /// … or at most this share of `reference`.
+    /// … or when every entry is at most this share of its reference.
     pub relative_gradient_tolerance: f64,
-    /// Size of a typical gradient; if `None`, the largest entry at the start or
-    /// [`gradient_scale`](super::NonlinearProblem::gradient_scale), whichever is smaller.
+    /// Size of a typical gradient entry; if `None`, each entry's own
+    /// ([`gradient_scales`](super::NonlinearProblem::gradient_scales)), and the largest entry at the start
+    /// where the problem knows none.
     pub reference: Option<f64>,
     /// … or when the largest entry of a full step is at most this, in the unit of `x`.
     pub step_tolerance: f64,
@@ -164,8 +165,8 @@ pub enum StopReason {
     /// The step tolerance.
     Step,
     /// Converged to rounding: the tolerances ask for less than rounding leaves of the gradient, and
-    /// every entry `g_i` is at most `4 ε Σ_j |K_ij| |x_j|`, or
-    /// [`gradient_rounding`](super::NonlinearProblem::gradient_rounding) where that is larger.
+    /// every entry `g_i` is at most its tolerance, `4 ε Σ_j |K_ij| |x_j|`, or its
+    /// [`gradient_rounding`](super::NonlinearProblem::gradient_rounding), whichever is largest.
     Rounding,
 }
 

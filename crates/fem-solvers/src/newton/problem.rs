@@ -58,18 +58,19 @@ pub trait NonlinearProblem<const D: usize> {
         None
     }
 
-    /// The size of a gradient that is large for this problem, whatever the state it is started from.
-    /// A tolerance relative to the gradient at the start would mean nothing when that is far away,
-    /// and could not be met when it is the solution.
-    fn gradient_scale(&self) -> Option<f64> {
+    /// For each unknown the size of the forces that its gradient entry at `x` is the difference of:
+    /// `D · blocks` numbers, not negative. One size for all would leave a soft part of a stiff whole
+    /// unbalanced, and one from the start would mean nothing when that is far away and could not be met
+    /// at the solution. Asked once a step.
+    fn gradient_scales(&self, _x: &[f64]) -> Option<Vec<f64>> {
         None
     }
 
-    /// How large an entry of the gradient at `x` may be from rounding alone, in the unit of the
-    /// gradient, where the problem's sums lose more than the rounding of `x` itself explains: `ε`
-    /// times the largest sum of absolute terms. A tolerance below rounding ends with
+    /// For each unknown how large its gradient entry at `x` may be from rounding alone, in the unit of
+    /// the gradient, where the problem's sums lose more than the rounding of `x` itself explains: a few
+    /// `ε` times the sum of absolute terms. A tolerance below rounding ends with
     /// [`StopReason::Rounding`](super::StopReason::Rounding).
-    fn gradient_rounding(&self, _x: &[f64]) -> Option<f64> {
+    fn gradient_rounding(&self, _x: &[f64]) -> Option<Vec<f64>> {
         None
     }
 

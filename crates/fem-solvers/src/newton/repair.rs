@@ -18,25 +18,27 @@ const FIRST_LAST_SHIFT: f64 = 1e-9;
 const LAST_SHIFTS: usize = 14;
 
 /// What is kept between steps and between solves.
-pub(super) struct Workspace<const D: usize> {
+pub(super) struct Workspace<'d, const D: usize> {
     pub factorizer: Factorizer<D>,
     /// The Hessian assembled last; `None` for problems that give only products.
     pub matrix: Option<BlockSymmetric<D>>,
     /// Share of the diagonal to start the next step with, under
     /// [`ProjectionPolicy::ExactThenShifted`]; forgotten between solves.
     pub shift: Shift,
-    directions: Directions<D>,
+    /// Is the matrix the exact Hessian of the next step already?
+    pub current: bool,
+    directions: Directions<'d, D>,
 }
 
 /// Where directions come from.
-enum Directions<const D: usize> {
+enum Directions<'d, const D: usize> {
     /// Brought by the user.
-    Custom(Box<dyn DescentDirection<D>>),
+    Custom(Box<dyn DescentDirection<D> + 'd>),
     /// Made for the linear solver of the settings, and made anew when that changes.
     Setting(Option<(LinearSolver, Box<dyn DescentDirection<D>>)>),
 }
 
-impl<const D: usize> Directions<D> {
+impl<const D: usize> Directions<'_, D> {
     fn get(&mut self, solver: LinearSolver) -> &mut dyn DescentDirection<D> {
         match self {
             Self::Custom(custom) => custom.as_mut(),
@@ -74,18 +76,28 @@ struct At<'a, P: ?Sized> {
     solver: LinearSolver,
 }
 
-impl<const D: usize> Workspace<D> {
+impl<'d, const D: usize> Workspace<'d, D> {
     pub fn new(problem: &(impl NonlinearProblem<D> + ?Sized)) -> Self {
         Self {
             factorizer: Factorizer::new(problem.coordinates()),
             matrix: problem.pattern().map(BlockSymmetric::zeros),
             shift: Shift::default(),
+            current: false,
             directions: Directions::Setting(None),
         }
     }
 
-    pub fn bring(&mut self, direction: impl DescentDirection<D> + 'static) {
+    pub fn bring(&mut self, direction: impl DescentDirection<D> + 'd) {
         self.directions = Directions::Custom(Box::new(direction));
+    }
+
+    /// Another pattern: what was remembered of the old one goes, a direction brought stays.
+    pub fn renew(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized)) {
+        let directions = std::mem::replace(&mut self.directions, Directions::Setting(None));
+        *self = Self::new(problem);
+        if matches!(directions, Directions::Custom(_)) {
+            self.directions = directions;
+        }
     }
 
     /// A direction `dx` with `K dx ≈ −g` and `gᵀdx < 0`, `‖K dx + g‖ ≤ forcing ‖g‖`.
@@ -221,7 +233,10 @@ impl<const D: usize> Workspace<D> {
         let Some(matrix) = &mut self.matrix else {
             return Ok(());
         };
-        at.problem.hessian(at.x, projection, matrix);
+        let current = std::mem::take(&mut self.current);
+        if !(current && projection == HessianProjection::None) {
+            at.problem.hessian(at.x, projection, matrix);
+        }
         let finite = |b: &[[f64; D]; D]| b.iter().flatten().all(|v| v.is_finite());
         match matrix.values().iter().position(|b| !finite(b)) {
             None => Ok(()),
@@ -247,6 +262,7 @@ impl<const D: usize> Workspace<D> {
         };
         let mut system = NewtonSystem {
             tangent,
+            at: at.x,
             gradient: at.g,
             forcing: at.forcing,
             factorizer: &mut self.factorizer,

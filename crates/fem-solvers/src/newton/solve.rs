@@ -3,6 +3,7 @@
 use super::line_search::{Accepted, Start, search};
 use super::repair::Workspace;
 use super::shift::Shift;
+use super::target::Target;
 use super::{
     DescentDirection, HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo,
     NewtonIteration, NewtonParams, NonlinearProblem, StopReason,
@@ -13,8 +14,9 @@ use crate::vector::{dot, first_non_finite, norm, norm_inf};
 use std::sync::Arc;
 
 /// Newton's method for one pattern: keeps the ordering, the analysis and all memory between solves.
-pub struct Newton<const D: usize> {
-    workspace: Workspace<D>,
+/// `'d` is what directions of one's own may borrow; without them it is `'static`.
+pub struct Newton<'d, const D: usize> {
+    workspace: Workspace<'d, D>,
 }
 
 /// Roundings of `x` that the sums of a gradient are allowed to amount to.
@@ -115,51 +117,7 @@ impl NewtonIteration {
     }
 }
 
-/// The largest gradient entry that counts as none.
-struct Target {
-    absolute: f64,
-    relative: f64,
-}
-
-impl Target {
-    fn new<const D: usize>(
-        problem: &(impl NonlinearProblem<D> + ?Sized),
-        params: &NewtonParams,
-        start: f64,
-    ) -> Self {
-        let share = params.relative_gradient_tolerance;
-        let own = || {
-            // The problem may have to assemble something to tell, so it is asked only if it matters.
-            let scale = (share > 0.0).then(|| problem.gradient_scale()).flatten();
-            scale.filter(|&s| s > 0.0 && s < f64::INFINITY)
-        };
-        // Nearly incompressible flesh has a scale far above its loads: the smaller of both is the
-        // stricter, and where neither can be met rounding ends the solve.
-        let reference = params
-            .reference
-            .unwrap_or_else(|| own().map_or(start, |own| own.min(start)));
-        Self {
-            absolute: params.gradient_tolerance,
-            relative: share * reference,
-        }
-    }
-
-    fn value(&self) -> f64 {
-        self.absolute.max(self.relative)
-    }
-
-    fn met_by(&self, gradient_norm: f64) -> Option<StopReason> {
-        if gradient_norm <= self.absolute {
-            Some(StopReason::Gradient)
-        } else if gradient_norm <= self.relative {
-            Some(StopReason::RelativeGradient)
-        } else {
-            None
-        }
-    }
-}
-
-impl<const D: usize> Newton<D> {
+impl<'d, const D: usize> Newton<'d, D> {
     /// A solver for every problem with the same pattern as this one.
     pub fn new(problem: &(impl NonlinearProblem<D> + ?Sized)) -> Self {
         Self {
@@ -170,11 +128,17 @@ impl<const D: usize> Newton<D> {
     /// The same with directions of one's own; [`NewtonParams::linear_solver`] is then not asked.
     pub fn with_direction(
         problem: &(impl NonlinearProblem<D> + ?Sized),
-        direction: impl DescentDirection<D> + 'static,
+        direction: impl DescentDirection<D> + 'd,
     ) -> Self {
         let mut newton = Self::new(problem);
         newton.workspace.bring(direction);
         newton
+    }
+
+    /// Makes this a solver for every problem with the pattern of `problem`; directions of one's own
+    /// stay.
+    pub fn renew(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized)) {
+        self.workspace.renew(problem);
     }
 
     /// Minimizes from `x`; `x` becomes the solution.
@@ -227,28 +191,36 @@ impl<const D: usize> Newton<D> {
         self.check(problem, x)?;
         state.start(problem, x)?;
         observer(&NewtonIteration::start(state));
-        let target = Target::new(problem, params, state.info.gradient_norm);
+        let start = state.info.gradient_norm;
         self.workspace.shift = Shift::default();
         let mut forcing = Forcing::default();
+        let mut target = Target::at(problem, params, x, start);
+        if let Some(stop) = target.met_by(&state.gradient) {
+            return Ok(stop);
+        }
+        // Without a step: what starts at its own solution has nothing to gain from one.
+        if self.is_rounding(problem, x, state, &target) {
+            return Ok(StopReason::Rounding);
+        }
+        self.workspace.current = true;
         loop {
-            if let Some(stop) = target.met_by(state.info.gradient_norm) {
-                return Ok(stop);
-            }
-            let eta = forcing.next(
-                norm(&state.gradient),
-                target.value() / state.info.gradient_norm,
-            );
+            let eta = forcing.next(norm(&state.gradient), target.remaining(&state.gradient));
             let step = match self.step(problem, x, eta, params, state) {
                 Ok(step) => step,
-                Err(_) if self.is_rounding(problem, x, state) => return Ok(StopReason::Rounding),
+                Err(_) if self.is_rounding(problem, x, state, &target) => {
+                    return Ok(StopReason::Rounding);
+                }
                 Err(failure) => return Err(failure),
             };
             observer(&step.report);
-            let met = target.met_by(state.info.gradient_norm).is_some();
-            if step.report.t == 1.0 && step.report.step <= params.step_tolerance && !met {
+            target = Target::at(problem, params, x, start);
+            if let Some(stop) = target.met_by(&state.gradient) {
+                return Ok(stop);
+            }
+            if step.report.t == 1.0 && step.report.step <= params.step_tolerance {
                 return Ok(StopReason::Step);
             }
-            if step.stalled && !met && self.is_rounding(problem, x, state) {
+            if step.stalled && self.is_rounding(problem, x, state, &target) {
                 return Ok(StopReason::Rounding);
             }
         }
@@ -310,15 +282,16 @@ impl<const D: usize> Newton<D> {
         })
     }
 
-    /// Whether no entry of the gradient is larger than rounding: that of `x` itself, which moves
-    /// entry `i` by `ε Σ_j |K_ij| |x_j|`, or what the problem knows of its own sums.
+    /// Whether no entry of the gradient is larger than its tolerance or rounding: that of `x` itself,
+    /// which moves entry `i` by `ε Σ_j |K_ij| |x_j|`, or what the problem knows of its own sums.
     fn is_rounding(
         &mut self,
         problem: &(impl NonlinearProblem<D> + ?Sized),
         x: &[f64],
         state: &State,
+        target: &Target,
     ) -> bool {
-        let own = problem.gradient_rounding(x).unwrap_or(0.0);
+        let own = problem.gradient_rounding(x);
         let moved = match &mut self.workspace.matrix {
             Some(matrix) => {
                 problem.hessian(x, HessianProjection::None, matrix);
@@ -326,11 +299,17 @@ impl<const D: usize> Newton<D> {
             }
             None => vec![0.0; x.len()],
         };
-        state.gradient.iter().zip(&moved).all(|(g, moved)| {
-            let floor = ROUNDING_UNITS * f64::EPSILON * moved;
-            let floor = if floor >= own { floor } else { own };
-            floor < f64::INFINITY && g.abs() <= floor
-        })
+        state
+            .gradient
+            .iter()
+            .zip(&moved)
+            .enumerate()
+            .all(|(i, (g, moved))| {
+                let own = own.as_ref().map_or(0.0, |own| own[i]);
+                let floor = ROUNDING_UNITS * f64::EPSILON * moved;
+                let floor = if floor >= own { floor } else { own };
+                target.allows(i, *g) || (floor < f64::INFINITY && g.abs() <= floor)
+            })
     }
 
     fn check(

@@ -4,7 +4,7 @@ use super::geometry::Point;
 use super::solid::Solid;
 use crate::error::AssemblyError;
 use fem_kinematics::Mat;
-use rayon::prelude::*;
+use fem_solvers::parallel::map;
 
 /// Samples that fit in memory with ease: 0.5 GB.
 const MOST_SAMPLES: f64 = 6.4e7;
@@ -120,10 +120,10 @@ impl SampledDistance {
         let outer = whole.outer(0.02 * self.spacing);
         let count: usize = self.size.iter().product();
         let distance = |k: usize| outer.distance(self.node(k));
-        let distances: Vec<f64> = (0..count).into_par_iter().map(distance).collect();
+        let distances: Vec<f64> = map((0..count).collect(), distance);
         let groups = self.groups(&distances);
         let inside = |k: usize| groups[k] == k as u32 && whole.winding(self.node(k)) > 0.5;
-        let inside: Vec<bool> = (0..count).into_par_iter().map(inside).collect();
+        let inside: Vec<bool> = map((0..count).collect(), inside);
         let signed = |(d, group): (&f64, &u32)| if inside[*group as usize] { -d } else { *d };
         distances.iter().zip(&groups).map(signed).collect()
     }
@@ -160,12 +160,12 @@ impl SampledDistance {
         let [x, y, z] = self.size;
         for (stride, length) in [(1, z), (z, y), (y * z, x)] {
             let old = values.clone();
-            values.par_iter_mut().enumerate().for_each(|(k, value)| {
+            for (k, value) in values.iter_mut().enumerate() {
                 let place = k / stride % length;
                 if place > 0 && place + 1 < length {
                     *value = (8.0 * old[k] - old[k - stride] - old[k + stride]) / 6.0;
                 }
-            });
+            }
         }
         values
     }

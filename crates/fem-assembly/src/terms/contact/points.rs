@@ -74,20 +74,20 @@ impl ContactPoint {
         shares.into_iter().map(point).collect()
     }
 
-    /// Given points on or near these faces (element and weights each): the area of each face is
+    /// Given points on or near these faces (the nodes of their element and weights each): the area of each face is
     /// shared by the points that are nearest to it, faces without any have points of their own.
     pub fn carried(
         mesh: &SimplexMesh<3>,
         faces: &[[u32; 3]],
-        points: impl IntoIterator<Item = (usize, [f64; 4])>,
+        points: impl IntoIterator<Item = ([u32; 4], [f64; 4])>,
     ) -> Vec<Self> {
         let corners: Vec<[Point; 3]> = faces.iter().map(|f| f.map(|n| mesh.node(n))).collect();
         let boxes: Vec<Aabb> = corners.iter().map(|t| Aabb::around(*t)).collect();
         let tree = BoxTree::new(&boxes);
         let mut counts = vec![0_usize; faces.len()];
         let mut found = Vec::new();
-        for (element, weights) in points {
-            let nodes = mesh.tet(element).map(|n| n as usize);
+        for (nodes, weights) in points {
+            let nodes = nodes.map(|n| n as usize);
             let mut point = Self {
                 nodes,
                 weights,

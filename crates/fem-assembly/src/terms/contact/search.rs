@@ -5,7 +5,7 @@ use super::geometry::{Aabb, Point, cross, dot, nearest_on_triangle, norm, segmen
 use super::pair::{BAND, Kind, Pair};
 use super::surface::{Normals, Surface};
 use super::tree::BoxTree;
-use rayon::prelude::*;
+use fem_solvers::parallel::map;
 
 /// Of the normals of two edges, how much must lie along their common perpendicular.
 const SQUARE: f64 = 0.3;
@@ -91,8 +91,8 @@ impl Search {
                 .filter_map(|other| found(search, &look, Kind::EdgeAlong, edge, other as usize))
                 .collect::<Vec<T>>()
         };
-        let points: Vec<Vec<T>> = self.surface.points.par_iter().map(of_point).collect();
-        let edges: Vec<Vec<T>> = boxes.par_iter().enumerate().map(of_edge).collect();
+        let points: Vec<Vec<T>> = map(self.surface.points.iter().collect(), of_point);
+        let edges: Vec<Vec<T>> = map(boxes.iter().enumerate().collect(), of_edge);
         points.into_iter().chain(edges).flatten().collect()
     }
 

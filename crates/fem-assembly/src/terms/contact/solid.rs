@@ -4,7 +4,7 @@ use super::geometry::{
     Aabb, Point, add, cross, dot, nearest_on_triangle, norm, scale, solid_angle, sub,
 };
 use super::tree::BoxTree;
-use rayon::prelude::*;
+use fem_solvers::parallel::map;
 use std::collections::BTreeMap;
 
 /// How many radii away a cluster of triangles is seen as one.
@@ -86,8 +86,9 @@ impl Solid {
             // Triangles without area have no sides.
             !(self.winding(add(center, out)) > 0.5)
         };
-        let kept = self.corners.par_iter().filter(|t| seen(t)).copied();
-        Self::of(kept.collect())
+        let kept: Vec<bool> = map(self.corners.iter().collect(), seen);
+        let pairs = self.corners.iter().zip(kept);
+        Self::of(pairs.filter_map(|(t, kept)| kept.then_some(*t)).collect())
     }
 
     pub fn bounds(&self) -> Aabb {

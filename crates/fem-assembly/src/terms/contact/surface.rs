@@ -3,7 +3,7 @@
 use super::geometry::{Aabb, Point, add, cross, norm, scale, solid_angle, sub, unit};
 use crate::error::AssemblyError;
 use crate::mesh::SimplexMesh;
-use rayon::prelude::*;
+use fem_solvers::parallel::map;
 
 /// An edge of the surface.
 #[derive(Clone, Debug)]
@@ -90,7 +90,7 @@ impl Surface {
                 .sum();
             angle / (4.0 * std::f64::consts::PI)
         };
-        let windings: Vec<f64> = self.points.par_iter().map(winding).collect();
+        let windings: Vec<f64> = map(self.points.iter().collect(), winding);
         for (&node, winding) in self.points.iter().zip(windings) {
             buried[node as usize] = winding > 1.0;
         }
@@ -194,5 +194,5 @@ fn rings(count: usize, edges: &[Edge], steps: usize) -> Vec<Vec<u32>> {
         }
         near
     };
-    (0..count).into_par_iter().map(of).collect()
+    map((0..count).collect(), of)
 }

@@ -72,6 +72,7 @@ impl Descent {
 /// The linear system of one Newton step, `K dx = −g`.
 pub struct NewtonSystem<'a, const D: usize> {
     pub(super) tangent: Tangent<'a, D>,
+    pub(super) at: &'a [f64],
     pub(super) gradient: &'a [f64],
     pub(super) forcing: f64,
     pub(super) factorizer: &'a mut Factorizer<D>,
@@ -81,6 +82,10 @@ impl<'a, const D: usize> NewtonSystem<'a, D> {
     /// `K`: the Hessian, or what a [`ProjectionPolicy`](super::ProjectionPolicy) makes of it.
     pub fn tangent(&self) -> Tangent<'a, D> {
         self.tangent
+    }
+    /// `x`, where the step starts.
+    pub fn at(&self) -> &'a [f64] {
+        self.at
     }
     /// `g`, in the unit of the problem's gradient.
     pub fn gradient(&self) -> &'a [f64] {

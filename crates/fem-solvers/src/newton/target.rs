@@ -1,0 +1,71 @@
+//! Which gradients count as none.
+
+use super::{NewtonParams, NonlinearProblem, StopReason};
+use crate::vector::norm_inf;
+
+/// The largest entries of a gradient that count as none.
+pub(super) struct Target {
+    absolute: f64,
+    relative: Relative,
+}
+
+/// The share of the reference that an entry may have.
+enum Relative {
+    Same(f64),
+    Each(Vec<f64>),
+}
+
+impl Target {
+    /// At `x`; `start` is the largest entry of the gradient at the start.
+    pub fn at<const D: usize>(
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        params: &NewtonParams,
+        x: &[f64],
+        start: f64,
+    ) -> Self {
+        let share = params.relative_gradient_tolerance;
+        // The problem has to evaluate something to tell, so it is asked only if it matters.
+        let asked = share > 0.0 && params.reference.is_none();
+        let scales = asked.then(|| problem.gradient_scales(x)).flatten();
+        let relative = match scales.filter(|s| s.len() == x.len()) {
+            Some(mut scales) => {
+                scales.iter_mut().for_each(|s| *s *= share);
+                Relative::Each(scales)
+            }
+            None => Relative::Same(share * params.reference.unwrap_or(start)),
+        };
+        Self {
+            absolute: params.gradient_tolerance,
+            relative,
+        }
+    }
+
+    fn of(&self, i: usize) -> f64 {
+        match &self.relative {
+            Relative::Same(size) => *size,
+            Relative::Each(sizes) => sizes[i],
+        }
+    }
+
+    /// Is entry `i` small enough?
+    pub fn allows(&self, i: usize, g: f64) -> bool {
+        g.abs() <= self.absolute || g.abs() <= self.of(i)
+    }
+
+    pub fn met_by(&self, gradient: &[f64]) -> Option<StopReason> {
+        if norm_inf(gradient) <= self.absolute {
+            Some(StopReason::Gradient)
+        } else if (gradient.iter().enumerate()).all(|(i, &g)| self.allows(i, g)) {
+            Some(StopReason::RelativeGradient)
+        } else {
+            None
+        }
+    }
+
+    /// The reduction that still separates the gradient from what is allowed, at most 1.
+    pub fn remaining(&self, gradient: &[f64]) -> f64 {
+        let left = |(i, g): (usize, &f64)| self.of(i).max(self.absolute) / g.abs();
+        let entries = gradient.iter().enumerate().filter(|(_, g)| **g != 0.0);
+        entries.map(left).fold(1.0, f64::min)
+    }
+}
