@@ -208,6 +208,7 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
             active: vec![0, 1, 2],
             cranium,
             jaw,
+            controls: Vec::new(),
         };
         let truth = [
             0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.002, -0.001, 0.03,
@@ -302,6 +303,7 @@ fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
         muscles: MUSCLES,
         active: vec![0, 1, 2],
         cranium: CraniumModel::Fixed,
+        controls: vec![],
         jaw: JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05])),
     };
     let mut rig = rig();

@@ -1,7 +1,7 @@
 //! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
 use super::format::{Inversion, Volume};
-use super::material::{FiberCurve, FiberStretch, NamedMaterial};
+use super::material::{FiberCurve, FiberStretch, NamedMaterial, Region};
 use super::{Scene, SceneError};
 use face_rig::anatomy::FiberEntry;
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
@@ -9,6 +9,7 @@ use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCu
 use fem_materials::inversion::VolumeBarrier;
 use fem_materials::registry::ModelError;
 use fem_materials::{FiberLaw, Lame, Stretch};
+use std::collections::BTreeMap;
 
 /// The share of its volume below which an element is kept from turning inside out.
 const BARRED_BELOW: f64 = 0.2;
@@ -24,13 +25,34 @@ impl Scene {
             .map_err(|(place, reason)| SceneError::invalid(&self.path, place, reason))
     }
 
-    fn assemble(&self) -> Result<Assembly<3>, (&'static str, String)> {
-        let in_mesh = |e: AssemblyError| ("face", e.to_string());
+    fn assemble(&self) -> Result<Assembly<3>, Refusal> {
         let held = self.bones.cranium.iter().chain(&self.bones.jaw);
         let held: Vec<usize> = held.map(|&n| n as usize).collect();
-        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &held).map_err(in_mesh)?;
-        let mut builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
-        let mut bulk = vec![0.0; self.mesh.num_elements()];
+        let dofs = Dofs::new(self.mesh.nodes(), &held, &self.moved_axes()).map_err(in_mesh)?;
+        let builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
+        let builder = self.with_flesh(builder)?;
+        let touching = self
+            .contact
+            .add_to(builder, &self.mesh, &self.bones, &self.embedding);
+        let mut builder = touching.map_err(|e| ("contact", e.to_string()))?;
+        let mut by_control: BTreeMap<Option<usize>, Vec<Fiber>> = BTreeMap::new();
+        by_control.insert(None, Vec::new());
+        for entry in self.fiber_field.entries() {
+            let control = self.strength_of(entry.muscle);
+            let fiber = self.fiber(entry, entry.tet as usize);
+            by_control.entry(control).or_default().push(fiber);
+        }
+        for (control, fibers) in by_control {
+            builder = changed(builder, control, |b| self.with_fibers(b, &fibers))?;
+        }
+        let builder = self.with_loads(builder);
+        builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
+    }
+
+    /// The material of each region with its barrier, and the volumes of patches: of all regions that no
+    /// control changes together, and of each that one does.
+    fn with_flesh(&self, mut builder: AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, Refusal> {
+        let mut bulks = vec![(None, vec![0.0; self.mesh.num_elements()])];
         for (r, region) in self.regions.iter().enumerate() {
             let of_tet = self.region_of_tet.iter().enumerate();
             let inside = of_tet.filter(|(_, region)| **region as usize == r);
@@ -38,29 +60,50 @@ impl Scene {
             if !tets.is_empty() {
                 let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
                 let (material, rest) = self.split(&region.material).map_err(in_region)?;
-                tets.iter().for_each(|&tet| bulk[tet] = rest);
-                let added = material.add_to(builder, &tets).map_err(in_region)?;
-                builder = added.map_err(in_mesh)?;
-                let Lame { mu, .. } = region.material.at_rest().map_err(in_region)?;
-                if self.inversion == Inversion::Barred && mu > 0.0 {
-                    let barrier = VolumeBarrier::new(BARRED_BELOW, mu);
-                    let barrier = barrier.map_err(|e| ("material", e.to_string()))?;
-                    builder = builder.region(&tets, barrier).map_err(in_mesh)?;
+                let control = self.stiffness_of(r);
+                if control.is_some() {
+                    bulks.push((control, vec![0.0; self.mesh.num_elements()]));
                 }
+                let of_control = if control.is_some() {
+                    bulks.len() - 1
+                } else {
+                    0
+                };
+                tets.iter().for_each(|&tet| bulks[of_control].1[tet] = rest);
+                builder = changed(builder, control, |builder| {
+                    let added = material.add_to(builder, &tets).map_err(in_region)?;
+                    self.with_barrier(added.map_err(in_mesh)?, region, &tets)
+                })?;
             }
         }
-        if bulk.iter().any(|&k| k > 0.0) {
-            let patches = VolumePatches::around_edges(&self.mesh);
-            builder = builder.mean_volume(&patches, &bulk).map_err(in_mesh)?;
+        bulks.retain(|(_, bulk)| bulk.iter().any(|&k| k > 0.0));
+        if bulks.is_empty() {
+            return Ok(builder);
         }
-        let touching = self
-            .contact
-            .add_to(builder, &self.mesh, &self.bones, &self.embedding);
-        builder = touching.map_err(|e| ("contact", e.to_string()))?;
-        let entries = self.fiber_field.entries();
-        let fibers = entries.iter().map(|e| self.fiber(e, e.tet as usize));
-        let builder = self.with_fibers(builder, &fibers.collect::<Vec<_>>())?;
-        builder.build().map_err(in_mesh)
+        let patches = VolumePatches::around_edges(&self.mesh);
+        for (control, bulk) in bulks {
+            builder = changed(builder, control, |builder| {
+                builder.mean_volume(&patches, &bulk).map_err(in_mesh)
+            })?;
+        }
+        Ok(builder)
+    }
+
+    /// What keeps a region's elements from turning inside out, where the scene wants that.
+    fn with_barrier(
+        &self,
+        builder: AssemblyBuilder<3>,
+        region: &Region,
+        tets: &[usize],
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
+        let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
+        let Lame { mu, .. } = region.material.at_rest().map_err(in_region)?;
+        if !(self.inversion == Inversion::Barred && mu > 0.0) {
+            return Ok(builder);
+        }
+        let barrier = VolumeBarrier::new(BARRED_BELOW, mu);
+        let barrier = barrier.map_err(|e| ("material", e.to_string()))?;
+        builder.region(tets, barrier).map_err(in_mesh)
     }
 
     /// An entry of the field as a fiber of this element.
@@ -79,7 +122,7 @@ impl Scene {
         &self,
         builder: AssemblyBuilder<3>,
         fibers: &[Fiber],
-    ) -> Result<AssemblyBuilder<3>, (&'static str, String)> {
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
         let stretch = match self.fibers.stretch {
             FiberStretch::Total => Stretch::Total,
             FiberStretch::Isochoric => Stretch::Isochoric,
@@ -100,7 +143,7 @@ impl Scene {
                 builder.fibers(FiberLaw { curve, stretch }, count, fibers)
             }
         };
-        builder.map_err(|e| ("face", e.to_string()))
+        builder.map_err(in_mesh)
     }
 
     /// What the elements are made of, and the bulk modulus (Pa) that is left for the patches.
@@ -111,6 +154,25 @@ impl Scene {
             _ => None,
         };
         Ok(softer.map_or((material.clone(), 0.0), |softer| (softer, lambda - mu)))
+    }
+}
+
+/// The field and the reason.
+type Refusal = (&'static str, String);
+
+fn in_mesh(error: AssemblyError) -> Refusal {
+    ("face", error.to_string())
+}
+
+/// Adds what `add` adds, changed by a control where there is one.
+fn changed<E>(
+    builder: AssemblyBuilder<3>,
+    control: Option<usize>,
+    add: impl FnOnce(AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, E>,
+) -> Result<AssemblyBuilder<3>, E> {
+    match control {
+        Some(control) => builder.changed_by(control, add),
+        None => add(builder),
     }
 }
 

@@ -36,6 +36,8 @@ pub struct CheckReport {
     pub embedded_points: usize,
     /// Vertices of the skin of dense targets.
     pub skin_vertices: usize,
+    /// What acts beside muscles and bones, a sentence each.
+    pub influences: Vec<String>,
     /// Targets that are expressions.
     pub expressions: usize,
     /// Targets that are other people.
@@ -133,6 +135,7 @@ pub fn check(scene: &Scene) -> CheckReport {
         landmarks: scene.landmarks.len(),
         embedded_points: scene.embedding.len(),
         skin_vertices: scene.skin.as_ref().map_or(0, |s| s.points.len()),
+        influences: scene.influences.iter().map(|i| i.describe(scene)).collect(),
         expressions: identity(TargetKind::Expression),
         identities: identity(TargetKind::Identity),
         warnings: Vec::new(),
@@ -356,6 +359,9 @@ impl fmt::Display for CheckReport {
             };
             let (name, tets, cm3) = (&muscle.name, muscle.tets, muscle.volume * 1e6);
             writeln!(f, "    {name:<44} {side:<6} {tets:>7} tets {cm3:>8.3} cm³")?;
+        }
+        for influence in &self.influences {
+            writeln!(f, "  control    {influence}")?;
         }
         writeln!(
             f,

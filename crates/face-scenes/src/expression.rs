@@ -6,6 +6,7 @@ use face_rig::anatomy::{JOINT_NAMES, JawJoint};
 use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization};
 use face_rig::rig::{AffineMap, Rig};
 use fem_solvers::GaussNewtonFailure;
+use std::collections::BTreeMap;
 
 /// Which points of a target are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,6 +58,9 @@ pub struct ExpressionFit {
     pub inverted_tets: usize,
     /// Every activation, in the scene's order of muscles.
     pub activations: Vec<f64>,
+    /// The value of every control of the scene by its name, in its own unit: pascals for a cavity, a
+    /// factor for a load, a relative change for a strength or a stiffness.
+    pub controls: BTreeMap<String, f64>,
     /// The way there.
     pub history: Vec<FitIteration>,
     /// The numbers found, for a warm start.
@@ -186,6 +190,9 @@ pub fn fit_expression(
         smallest_ratio: ratios.iter().copied().fold(f64::INFINITY, f64::min),
         inverted_tets: ratios.iter().filter(|ratio| !(**ratio > 0.0)).count(),
         activations: parameters.activations,
+        controls: (scene.influences.iter().map(|i| i.name.clone()))
+            .zip(parameters.controls)
+            .collect(),
         history: iterations,
         q,
         positions,

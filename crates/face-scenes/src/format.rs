@@ -1,6 +1,7 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
 use super::contact::ContactSpec;
+use super::influences::{CavitySpec, LoadSpec, MotionSpec, StiffnessSpec, StrengthSpec};
 use super::material::{Fibers, MaterialSpec};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -29,6 +30,21 @@ pub struct SceneFile {
     /// Which volumes the flesh keeps; those of single elements by default.
     #[serde(default)]
     pub volume: Volume,
+    /// Forces, tractions, pressures, weight and springs.
+    #[serde(default)]
+    pub loads: Vec<LoadSpec>,
+    /// Pressures inside cavities.
+    #[serde(default)]
+    pub cavities: Vec<CavitySpec>,
+    /// Free nodes that are put somewhere.
+    #[serde(default)]
+    pub motions: Vec<MotionSpec>,
+    /// Changes of muscles' strengths.
+    #[serde(default)]
+    pub strengths: Vec<StrengthSpec>,
+    /// Changes of regions' stiffnesses.
+    #[serde(default)]
+    pub stiffnesses: Vec<StiffnessSpec>,
     /// Whether flesh may end inside out; it may not by default.
     #[serde(default)]
     pub inversion: Inversion,

@@ -76,6 +76,8 @@
 //!   `stretch`: `"total"` or `"isochoric"`.
 //! * `volume`: `"elements"` (default) or `"patches"`, for flesh near ν = 1/2 that must not lock
 //!   ([`Volume`]).
+//! * `loads`, `cavities`, `motions`, `strengths` and `stiffnesses`: what acts beside muscles and bones.
+//!   Each has a `name` to set it by and may have a `range` that a fit varies it in; see below.
 //! * `inversion`: `"barred"` (default) or `"allowed"`, whether elements may end inside out where the
 //!   material lets them ([`Inversion`]).
 //! * `contact`: what flesh may not enter, and with `"flesh": true` itself ([`ContactSpec`]):
@@ -83,6 +85,36 @@
 //!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
 //!   `sphere`, `capsule`, `box` or `half_space`.
 //! * Without `embedding`, landmarks are placed by their positions at rest.
+//!
+//! # Loads, cavities and other controls
+//!
+//! ```json
+//! "loads": [
+//!   { "force": { "name": "finger", "at": { "sphere": { "center": [0, -0.07, 0.1], "radius": 0.006 } },
+//!                "newtons": [0, 0, -0.5] } },
+//!   { "traction": { "name": "tape", "on": { "box": { "low": [0, 0, 0], "high": [0.1, 0.1, 0.1] } },
+//!                   "pascals": [200, 0, 0], "range": [0, 1] } },
+//!   { "pressure": { "name": "wind", "on": { "seen_from": [0, 0, 1] }, "pascals": 100 } },
+//!   { "gravity": { "name": "weight", "density": 1000, "acceleration": [0, -9.81, 0] } },
+//!   { "springs": { "name": "ligament", "at": { "nodes": [17, 18] }, "stiffness": 50 } }
+//! ],
+//! "cavities": [
+//!   { "name": "mouth", "faces": { "array": { "name": "surface", "labels": [2] } }, "range": [0, 3000] }
+//! ],
+//! "motions": [
+//!   { "name": "pull", "nodes": { "sphere": { "center": [0.03, -0.03, 0.09], "radius": 0.004 } },
+//!     "axes": "xy", "by": [0.004, 0.002, 0], "range": [0, 1] }
+//! ],
+//! "strengths": [ { "name": "chewer", "muscle": "masseter", "change": 0.5, "range": [-0.5, 2] } ],
+//! "stiffnesses": [ { "name": "firmness", "region": "fat", "range": [-0.5, 1] } ]
+//! ```
+//!
+//! Nodes and faces are those that meet every condition of a [`PlaceSpec`]: `box`, `sphere`, `array`
+//! (point data of the mesh), `region`, `nodes`, and for faces `seen_from`. The factor of a load or a
+//! motion is 1, or with a `range` 0 until it is set; a cavity has its pressure in pascals (`pascals`, 0
+//! by default), a strength or stiffness its relative change (`change`). A cavity is what the faces
+//! enclose, `closed_by` a `"fan"` (default), `"nothing"` or `{ "point": [x, y, z] }`. Which of them are
+//! symmetric, and what a fit can tell apart: `docs/loads.md`.
 //!
 //! Tables are CSV (RFC 4180, one line a row) with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
@@ -96,6 +128,7 @@ mod error;
 mod expression;
 mod format;
 mod generated;
+mod influences;
 mod json;
 mod load;
 mod material;
@@ -116,8 +149,12 @@ pub use format::{
     Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, MusclesSpec, NamesSpec, PathSpec,
     RegionSpec, RegionsSpec, SceneFile, TargetsSpec, Volume,
 };
+pub use influences::{
+    BoxSpec, CavitySpec, ClosureSpec, Influence, InfluenceKind, LabelsSpec, LoadSpec, MotionSpec,
+    PlaceSpec, SphereSpec, StiffnessSpec, StrengthSpec,
+};
 pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
-pub use pose::{SettingError, parse_activations, parse_angle};
+pub use pose::{SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
 
 use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, Muscle};
@@ -154,6 +191,8 @@ pub struct Scene {
     pub region_of_tet: Vec<u32>,
     /// Which volumes it keeps.
     pub volume: Volume,
+    /// What acts on it beside muscles and bones, in the order of the rig's controls.
+    pub influences: Vec<Influence>,
     /// Whether it may end inside out.
     pub inversion: Inversion,
     /// What it touches.

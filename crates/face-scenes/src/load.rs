@@ -4,6 +4,7 @@ use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec, JointSpec,
     PathSpec, RegionsSpec, SceneFile, Volume,
 };
+use super::influences::{self, Ground};
 use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
 use super::{
     Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
@@ -66,8 +67,13 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         return Err(place.field("fibers", defect));
     }
     let material = material(&place, "material", &file.material)?;
+    let mut mesh_file = None;
     let flesh = match &file.face {
-        FaceSource::Files(files) => from_files(&place, files, file.regions.as_ref(), material)?,
+        FaceSource::Files(files) => {
+            let read = MeshFile::read(place.file(&files.mesh))?;
+            let read = mesh_file.insert(read);
+            from_files(&place, files, read, file.regions.as_ref(), material)?
+        }
         FaceSource::Builtin(_) if file.regions.is_some() => {
             let reason = "the built-in face has no arrays to tell regions by; leave it out";
             return Err(place.field("regions", reason));
@@ -88,7 +94,16 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         )?,
         None => (None, Vec::new()),
     };
+    let ground = Ground {
+        mesh: &flesh.mesh,
+        bones: &flesh.bones,
+        muscles: &flesh.muscles,
+        regions: &flesh.regions,
+        region_of_tet: &flesh.region_of_tet,
+    };
+    let influences = influences::load(&place, &file, &ground, mesh_file.as_ref())?;
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
+    scene.influences = influences;
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
     scene.inversion = file.inversion;
@@ -122,6 +137,7 @@ impl Flesh {
             regions: self.regions,
             region_of_tet: self.region_of_tet,
             volume: Volume::default(),
+            influences: Vec::new(),
             inversion: Inversion::default(),
             contact: Contact::default(),
             embedding: self.embedding,
@@ -137,15 +153,15 @@ impl Flesh {
 fn from_files(
     place: &Place,
     files: &FilesSpec,
+    mesh_file: &MeshFile,
     region_spec: Option<&RegionsSpec>,
     material: NamedMaterial,
 ) -> Result<Flesh, SceneError> {
-    let mesh_file = MeshFile::read(place.file(&files.mesh))?;
-    let (mesh, repairs) = mesh(place, files, &mesh_file)?;
-    let bones = bones(&mesh_file, &files.bones)?;
+    let (mesh, repairs) = mesh(place, files, mesh_file)?;
+    let bones = bones(mesh_file, &files.bones)?;
     let joint = joint(place, &files.hinge, &files.joint)?;
-    let (muscles, fiber_field) = muscles::load(place, &files.muscles, &mesh_file, &mesh)?;
-    let (regions, region_of_tet) = regions(place, region_spec, &mesh_file, material)?;
+    let (muscles, fiber_field) = muscles::load(place, &files.muscles, mesh_file, &mesh)?;
+    let (regions, region_of_tet) = regions(place, region_spec, mesh_file, material)?;
     let (embedding, landmarks) = targets::points(place, files, &mesh, &repairs)?;
     Ok(Flesh {
         mesh,

@@ -1,5 +1,6 @@
 //! A pose as a person types it: `zygomaticus_major_L=0.6`, `12deg`.
 
+use super::Influence;
 use super::names::hint;
 use face_rig::anatomy::Muscle;
 
@@ -29,12 +30,32 @@ pub enum SettingError {
         value: String,
     },
     /// One muscle set twice.
-    #[error("\"{setting}\": {name} is already set; give each muscle once")]
+    #[error("\"{setting}\": {name} is already set; give each name once")]
     Twice {
         /// The second setting.
         setting: String,
         /// The muscle.
         name: String,
+    },
+    /// No load, cavity, motion, strength or stiffness of that name.
+    #[error("\"{setting}\": the scene has no control \"{name}\"{hint}")]
+    UnknownControl {
+        /// The whole setting.
+        setting: String,
+        /// The name in it.
+        name: String,
+        /// "; did you mean …?" or nothing.
+        hint: String,
+    },
+    /// A value that is no number or that the scene does not allow.
+    #[error("\"{setting}\": {value} is no number that the scene allows: {allowed}")]
+    Control {
+        /// The whole setting.
+        setting: String,
+        /// What was given.
+        value: String,
+        /// What may be given.
+        allowed: String,
     },
     /// An angle without unit, or no number.
     #[error("\"{0}\": an angle is a number with its unit, like 12deg or 0.2rad")]
@@ -101,6 +122,50 @@ pub fn parse_activations<'a>(
         .into_iter()
         .map(Option::unwrap_or_default)
         .collect())
+}
+
+/// The values of all influences from settings `name=value`, in each one's own unit (pascals for a
+/// cavity); those not named keep their neutral value.
+///
+/// # Errors
+/// [`SettingError`], with a suggestion for names that are almost right, for values that are no number
+/// or outside the range of the scene, and for one set twice.
+pub fn parse_controls<'a>(
+    influences: &[Influence],
+    settings: impl IntoIterator<Item = &'a str>,
+) -> Result<Vec<f64>, SettingError> {
+    let mut values: Vec<f64> = influences.iter().map(|i| i.neutral).collect();
+    let mut set = vec![false; influences.len()];
+    for setting in settings {
+        let (name, text) = setting
+            .split_once('=')
+            .map(|(name, value)| (name.trim(), value.trim()))
+            .filter(|(name, _)| !name.is_empty())
+            .ok_or_else(|| SettingError::Form(setting.into()))?;
+        let found = influences.iter().position(|i| i.name == name);
+        let k = found.ok_or_else(|| SettingError::UnknownControl {
+            setting: setting.into(),
+            name: name.into(),
+            hint: hint(name, influences.iter().map(|i| i.name.as_str())),
+        })?;
+        let [low, high] = influences[k].range.unwrap_or([f64::MIN, f64::MAX]);
+        let value = text.parse().ok().filter(|v| low <= *v && *v <= high);
+        values[k] = value.ok_or_else(|| SettingError::Control {
+            setting: setting.into(),
+            value: text.into(),
+            allowed: match influences[k].range {
+                Some([low, high]) => format!("{low} to {high} {}", influences[k].unit()),
+                None => "finite".into(),
+            },
+        })?;
+        if std::mem::replace(&mut set[k], true) {
+            return Err(SettingError::Twice {
+                setting: setting.into(),
+                name: name.into(),
+            });
+        }
+    }
+    Ok(values)
 }
 
 /// An angle with its unit, `12deg` or `0.2rad`, in radians.

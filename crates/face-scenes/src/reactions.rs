@@ -39,7 +39,8 @@ impl Scene {
         for (muscle, torque) in torques.iter_mut().enumerate() {
             let own = entries.iter().filter(|e| e.muscle as usize == muscle);
             let own = own.filter(|e| attached.number[e.tet as usize].is_some());
-            *torque = self.torque(&attached, &own.collect::<Vec<_>>(), pose)?;
+            let strength = self.strength(muscle as u32, &pose.parameters);
+            *torque = strength * self.torque(&attached, &own.collect::<Vec<_>>(), pose)?;
         }
         Ok(torques)
     }

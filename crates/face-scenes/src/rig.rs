@@ -27,7 +27,8 @@ impl Scene {
             return Err(SceneError::invalid(&self.path, "face.files.bones", reason).into());
         }
         let jaw: Vec<usize> = self.bones.jaw.iter().map(|&n| n as usize).collect();
-        Ok(Rig::new(self.assembly()?, &jaw, params)?)
+        let rig = Rig::new(self.assembly()?, &jaw, params)?;
+        Ok(rig.with_controls(self.controls())?)
     }
 
     /// The jaw in its joint: opening, protrusion, lateral shift and yaw.

@@ -13,37 +13,12 @@ use std::time::Instant;
 mod spp_block;
 use spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
 
-/// The dead pressure on [25, 50]² of the top, by the faces of the elements there.
-fn loads(
-    corners: &SimplexMesh<3>,
-    faces: impl Iterator<Item = (Vec<usize>, f64)>,
-) -> Result<NodalLoads<3>, Box<dyn Error>> {
-    let mut loads = vec![[0.0; 3]; corners.num_nodes()];
-    for (nodes, area) in faces {
-        for n in &nodes {
-            loads[*n][2] -= PRESSURE * area / nodes.len() as f64;
-        }
-    }
-    let some = loads.into_iter().enumerate().filter(|(_, f)| f[2] != 0.0);
-    Ok(NodalLoads::new(some.collect())?)
-}
-
-/// The three corners of each loaded face, places in its element.
-fn loaded(mesh: &SimplexMesh<3>) -> Vec<(usize, [usize; 3])> {
-    let mut faces = Vec::new();
-    for (e, t) in mesh.elements().enumerate() {
-        for out in 0..4 {
-            let face: Vec<usize> = (0..4).filter(|&a| a != out).collect();
-            let on = |&a: &usize| {
-                let [x, y, z] = mesh.node(t[a]);
-                z == SIZE && x >= SIZE / 2.0 && y >= SIZE / 2.0
-            };
-            if face.iter().all(on) {
-                faces.push((e, [face[0], face[1], face[2]]));
-            }
-        }
-    }
-    faces
+/// The faces of [25, 50]² of the top.
+fn loaded(mesh: &SimplexMesh<3>) -> Vec<[u32; 3]> {
+    mesh.boundary_faces(|n| {
+        let [x, y, z] = mesh.node(n);
+        z == SIZE && x >= SIZE / 2.0 && y >= SIZE / 2.0
+    })
 }
 
 fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
@@ -79,11 +54,8 @@ fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let n: usize = std::env::args().nth(1).map_or(Ok(8), |n| n.parse())?;
     let mesh = kuhn_grid(n, n, n, [SIZE; 3])?;
-    let area = (SIZE / n as f64).powi(2) / 2.0;
-    let corners =
-        |(e, face): (usize, [usize; 3])| (face.map(|a| mesh.element(e)[a] as usize).to_vec(), area);
     let linear = || -> Result<_, Box<dyn Error>> {
-        let loads = loads(&mesh, loaded(&mesh).into_iter().map(corners))?;
+        let loads = NodalLoads::pressure(mesh.nodes(), &loaded(&mesh), PRESSURE)?;
         Ok(AssemblyBuilder::new(&mesh, dofs(mesh.nodes())?)?.term(loads)?)
     };
     let whole = Block {
@@ -114,24 +86,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if n <= 16 {
         let mesh = QuadraticMesh::from_linear(&kuhn_grid(n / 2, n / 2, n / 2, [SIZE; 3])?)?;
-        let edge = |a: usize, b: usize| {
-            let edges = QuadraticMesh::<3>::edges_of_an_element();
-            4 + edges
-                .iter()
-                .position(|&[i, j]| (i, j) == (a.min(b), a.max(b)))
-                .unwrap_or(0)
-        };
-        let middles = |(e, [a, b, c]): (usize, [usize; 3])| {
-            let nodes = [edge(a, b), edge(b, c), edge(a, c)];
-            (
-                nodes.map(|k| mesh.element(e)[k] as usize).to_vec(),
-                4.0 * area,
-            )
-        };
-        let loads = loads(
-            mesh.corners(),
-            loaded(mesh.corners()).into_iter().map(middles),
-        )?;
+        let loads = NodalLoads::quadratic_pressure(&mesh, &loaded(mesh.corners()), PRESSURE)?;
         let builder = AssemblyBuilder::quadratic(&mesh, dofs(mesh.nodes())?)?;
         report("quadratic", &builder.term(loads)?.material(whole)?.build()?)?;
     }

@@ -258,7 +258,8 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// ∂²E/∂x^U∂c of one control: minus the force that it causes at 1 (document 000, eq. 4, for
-    /// the activation of a muscle). It depends on no control.
+    /// the activation of a muscle). It does not depend on that control, but may on others: the force
+    /// of an activation is proportional to the strength of its muscle.
     pub fn control_gradient(&self, at: Configuration<D>, control: usize, gradient: &mut [f64]) {
         self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             if control < summand.term.controls() {

@@ -9,6 +9,7 @@ use crate::plan::{self, Chunk, Summand};
 use crate::rest::RestElements;
 use crate::shape::{ElementShape, Linear, Quadratic};
 use crate::term::Term;
+use crate::terms::Scaled;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -39,6 +40,8 @@ pub struct AssemblyBuilder<const D: usize, S = Linear> {
     /// Stencils of all terms.
     stencils: usize,
     controls: usize,
+    /// The control that terms are changed by, if any.
+    change: Option<usize>,
 }
 
 impl<const D: usize> AssemblyBuilder<D> {
@@ -105,6 +108,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             summands: Vec::new(),
             stencils: 0,
             controls: 0,
+            change: None,
         }
     }
 
@@ -113,7 +117,14 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
     /// # Errors
     /// When a stencil names a node that does not exist, or one twice; when there are more than 2³²
     /// stencils.
-    pub fn term(mut self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
+    pub fn term(self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
+        match self.change {
+            Some(control) => self.summand(Scaled::changed_by(term, control)?),
+            None => self.summand(term),
+        }
+    }
+
+    fn summand(mut self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
         let stencils = term.stencils();
         stencils.check(self.summands.len(), self.rest.len())?;
         let first_energy = self.stencils;
@@ -129,6 +140,39 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             first_energy,
         });
         Ok(self)
+    }
+
+    /// Whatever `add` adds has its energy times 1 + c, c being the control with this index: the
+    /// relative change of a region's stiffness or of a muscle's strength ([`Scaled::changed_by`]).
+    ///
+    /// ```
+    /// use fem_assembly::{AssemblyBuilder, AssemblyError, Dofs};
+    /// use fem_materials::NeoHookean;
+    ///
+    /// let mesh = fem_assembly::mesh::kuhn_grid(2, 1, 1, [2.0, 1.0, 1.0])?;
+    /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
+    /// let stretched: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| p.map(|c| 1.1 * c)).collect();
+    /// let body = AssemblyBuilder::new(&mesh, Dofs::all_free(mesh.nodes())?)?
+    ///     .changed_by(0, |builder| builder.region(&[0, 1, 2, 3, 4, 5], flesh))?
+    ///     .build()?;
+    /// let energy = |change: f64| {
+    ///     Ok::<f64, AssemblyError>(body.energy(body.configuration(&stretched, &[change])?))
+    /// };
+    /// assert!((energy(0.5)? - 1.5 * energy(0.0)?).abs() < 1e-9 * energy(0.0)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `add`, and when what it adds may read this control itself.
+    pub fn changed_by<E>(
+        mut self,
+        control: usize,
+        add: impl FnOnce(Self) -> Result<Self, E>,
+    ) -> Result<Self, E> {
+        let outer = self.change.replace(control);
+        let mut added = add(self)?;
+        added.change = outer;
+        Ok(added)
     }
 
     /// An evaluation will be given at least so many controls.

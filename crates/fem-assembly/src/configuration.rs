@@ -4,8 +4,9 @@ use crate::error::AssemblyError;
 
 /// Positions of all nodes (meters) and values of all controls, of the right lengths and finite.
 ///
-/// A control is a number in which the energy is affine: the activation of a muscle (unitless), the
-/// factor of a [`Scaled`](crate::Scaled) load. [`Assembly::configuration`](crate::Assembly::configuration)
+/// A control is a number in which the energy is affine while the other controls stand still: the
+/// activation of a muscle (unitless), the factor of a [`Scaled`](crate::Scaled) load, the pressure of a
+/// [`Cavity`](crate::Cavity). [`Assembly::configuration`](crate::Assembly::configuration)
 /// makes one; it borrows and is cheap to copy.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration<'a, const D: usize> {

@@ -102,6 +102,14 @@ impl<const D: usize> Dofs<D> {
     pub fn row(&self, node: usize) -> Option<usize> {
         (self.rank[node] != PRESCRIBED).then_some(self.rank[node] as usize)
     }
+    /// Is this coordinate prescribed? False for a node or axis that does not exist.
+    pub fn is_prescribed(&self, node: usize, axis: usize) -> bool {
+        match self.rank.get(node) {
+            Some(&PRESCRIBED) => axis < D,
+            Some(&row) => self.prescribed_axes.binary_search(&(row, axis)).is_ok(),
+            None => false,
+        }
+    }
     /// The node of each block row.
     pub fn node_of_row(&self) -> &[u32] {
         &self.free_nodes
@@ -160,6 +168,11 @@ mod tests {
         let dofs = Dofs::new(&rest, &[0], &[(2, 1)]).unwrap();
         assert_eq!(dofs.node_of_row(), [2, 3, 1]);
         assert_eq!(dofs.unknowns(), 6);
+        let prescribed: Vec<(usize, usize)> = (0..5)
+            .flat_map(|n| (0..3).map(move |k| (n, k)))
+            .filter(|&(n, k)| dofs.is_prescribed(n, k))
+            .collect();
+        assert_eq!(prescribed, [(0, 0), (0, 1), (2, 1)]);
         let mut all = rest;
         let mut unknowns = dofs.gather(&all);
         unknowns.iter_mut().for_each(|u| *u += 10.0);

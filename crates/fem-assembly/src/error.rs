@@ -118,7 +118,53 @@ pub enum AssemblyError {
         /// Stencils given.
         count: usize,
     },
-    /// A term that depends on controls itself cannot be multiplied by one.
-    #[error("a term that depends on controls cannot be scaled by one: the product is not affine")]
-    ScaledTwice,
+    /// A term that reads a control cannot be multiplied by it.
+    #[error(
+        "a term that reads controls up to {read} cannot be scaled by control {control}: its energy would \
+         not be affine in it; scale by one past {read}"
+    )]
+    ScaledTwice {
+        /// The last control that it may read.
+        read: usize,
+        /// The one to scale by.
+        control: usize,
+    },
+    /// A surface that should enclose something and does not.
+    #[error(
+        "the surface is open at the edge of nodes {nodes:?}, which only face {faces:?} has: add the \
+         missing face, or cap the surface"
+    )]
+    OpenSurface {
+        /// The edge; one node in 2D.
+        nodes: Vec<u32>,
+        /// The face beside it.
+        faces: Vec<usize>,
+    },
+    /// A surface whose faces are not all seen from one side.
+    #[error(
+        "faces {faces:?} do not turn the same way around at the edge of nodes {nodes:?}: swap two nodes of \
+         those that are seen from the wrong side, and give no face twice"
+    )]
+    TwistedSurface {
+        /// The edge; one node in 2D.
+        nodes: Vec<u32>,
+        /// The faces around it.
+        faces: Vec<usize>,
+    },
+    /// A face that names a node twice.
+    #[error("face {face} names node {node} twice")]
+    DegenerateFace {
+        /// Its place in the list.
+        face: usize,
+        /// The node.
+        node: u32,
+    },
+    /// A face of quadratic elements with an edge that no element has.
+    #[error("face {face}: no element has an edge between the corners {nodes:?}")]
+    NoSuchEdge {
+        /// The ends.
+        nodes: [u32; 2],
+        /// Place of the face in the list.
+        face: usize,
+    },
 }

@@ -3,11 +3,12 @@
 //!
 //! A [`mesh::SimplexMesh`] is validated once; [`Dofs`] says which coordinates are prescribed; an
 //! [`AssemblyBuilder`] adds the terms of the energy: materials per region, muscle fibers, obstacles,
-//! [`NodalLoads`], [`Gravity`], or any [`Term`] of your own. The resulting [`Assembly`] evaluates
+//! [`NodalLoads`] (forces, tractions, dead pressures), [`Gravity`], [`Springs`], the pressure in a
+//! [`Cavity`], or any [`Term`] of your own. The resulting [`Assembly`] evaluates
 //! energy, forces, Hessian and its products in any [`Configuration`] of positions and controls,
 //! eight elements at a time in the widest registers of the processor, in parallel, and with the same
-//! bits for any number of threads. Controls are numbers in which the energy is affine: activations of
-//! muscles, or factors of [`Scaled`] terms. [`Quasistatic`] presents it to `fem_solvers::Newton`; the example there is a
+//! bits for any number of threads. Controls are numbers in each of which the energy is affine: activations of
+//! muscles, or factors of [`Scaled`] terms: loads, pressures, strengths, stiffnesses. [`Quasistatic`] presents it to `fem_solvers::Newton`; the example there is a
 //! complete solve.
 //!
 //! ```
@@ -35,6 +36,7 @@ mod dofs;
 mod element;
 mod element_group;
 mod error;
+mod faces;
 pub mod mesh;
 mod patches;
 mod plan;
@@ -48,6 +50,7 @@ mod sink;
 mod stiffness;
 mod term;
 mod terms;
+mod walk;
 
 pub use assembly::Assembly;
 pub use builder::AssemblyBuilder;
@@ -61,6 +64,8 @@ pub use shape::{ElementShape, Linear, Quadratic};
 pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
 pub use terms::{
-    ContactPoint, Fiber, FleshContact, FleshContactParams, Gravity, Jet, NodalLoads, Obstacle,
-    Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance, Scaled,
+    Cavity, ContactPoint, Fiber, FleshContact, FleshContactParams, Gravity, Jet, NodalLoads,
+    Obstacle, Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
+    Scaled, Spring, Springs,
 };
+pub use walk::{WalkError, WalkedSolution, solve_walking};

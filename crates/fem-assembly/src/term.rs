@@ -52,8 +52,8 @@ pub trait Term<const D: usize>: Send + Sync {
         0
     }
 
-    /// Writes ∂²eₛ/∂x∂c at each vertex for one control c. The energy is affine in every control,
-    /// so this depends on none of them.
+    /// Writes ∂²eₛ/∂x∂c at each vertex for one control c. The energy is affine in each control while
+    /// the others stand still, so this does not depend on c itself.
     fn control_gradient(
         &self,
         _at: Configuration<D>,

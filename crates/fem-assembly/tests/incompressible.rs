@@ -9,21 +9,13 @@ mod spp_block;
 use spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
 
 /// The quarter of the block, with the dead pressure of 3 MPa on [25, 50]² of its top.
-fn block(mesh: &SimplexMesh<3>, cells: usize) -> AssemblyBuilder<3> {
-    let force = PRESSURE * (SIZE / cells as f64).powi(2) / 6.0;
-    let mut loads = vec![[0.0; 3]; mesh.num_nodes()];
-    let loaded = |n: &u32| {
-        let [x, y, z] = mesh.node(*n);
+fn block(mesh: &SimplexMesh<3>) -> AssemblyBuilder<3> {
+    let faces = mesh.boundary_faces(|n| {
+        let [x, y, z] = mesh.node(n);
         z == SIZE && x >= SIZE / 2.0 && y >= SIZE / 2.0
-    };
-    for t in mesh.elements() {
-        let face: Vec<u32> = t.iter().copied().filter(loaded).collect();
-        if let [_, _, _] = face[..] {
-            face.iter().for_each(|&n| loads[n as usize][2] -= force);
-        }
-    }
+    });
+    let loads = NodalLoads::pressure(mesh.nodes(), &faces, PRESSURE).unwrap();
     let dofs = dofs(mesh.nodes()).unwrap();
-    let loads = NodalLoads::new(loads.into_iter().enumerate().collect()).unwrap();
     let builder = AssemblyBuilder::new(mesh, dofs).unwrap();
     builder.term(loads).unwrap()
 }
@@ -44,7 +36,7 @@ fn sinking(mesh: &SimplexMesh<3>, body: &Assembly<3>) -> f64 {
 #[test]
 fn a_nearly_incompressible_block_sinks_as_far_as_it_should() {
     let mesh = kuhn_grid(8, 8, 8, [SIZE; 3]).unwrap();
-    let locked = block(&mesh, 8)
+    let locked = block(&mesh)
         .material(Block {
             mu: MU,
             lambda: LAMBDA,
@@ -54,7 +46,7 @@ fn a_nearly_incompressible_block_sinks_as_far_as_it_should() {
     assert!(locked < 14.0, "{locked}");
     let patches = VolumePatches::around_edges(&mesh);
     let bulk = vec![LAMBDA; mesh.num_elements()];
-    let free = block(&mesh, 8)
+    let free = block(&mesh)
         .material(Block {
             mu: MU,
             lambda: 0.0,

@@ -3,8 +3,9 @@
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    Assembly, AssemblyBuilder, AssemblyError, Configuration, Dofs, EnergySink, Fiber, GradientSink,
-    Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Stencils, Term, VolumePatches,
+    Assembly, AssemblyBuilder, AssemblyError, Cavity, Configuration, Dofs, EnergySink, Fiber,
+    GradientSink, Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Spring, Springs,
+    Stencils, Term, VolumePatches,
 };
 use fem_kinematics::Mat;
 use fem_materials::curves::PhysBam;
@@ -113,9 +114,23 @@ fn fibers(mesh: &SimplexMesh<3>) -> Vec<Fiber> {
         .collect()
 }
 
-const CONTROLS: [f64; 5] = [0.3, 0.8, 0.5, 1.5, -0.7];
-const NAMES: [&str; 9] = [
-    "elastic", "fibers", "obstacle", "loads", "gravity", "strings", "edges", "nodes", "scaled",
+const CONTROLS: [f64; 9] = [0.3, 0.8, 0.5, 1.5, -0.7, 0.4, 0.6, -0.2, 90.0];
+const NAMES: [&str; 15] = [
+    "elastic",
+    "fibers",
+    "obstacle",
+    "loads",
+    "gravity",
+    "strings",
+    "edges",
+    "nodes",
+    "scaled",
+    "strength",
+    "stiffness",
+    "springs",
+    "inside",
+    "capped",
+    "mantle",
 ];
 
 fn flesh() -> NeoHookean {
@@ -142,6 +157,28 @@ fn bulk(mesh: &SimplexMesh<3>) -> Vec<f64> {
         .collect()
 }
 
+/// One at a point inside each third element.
+fn springs(mesh: &SimplexMesh<3>) -> Springs<3, 4> {
+    let spring = |nodes: [u32; 4]| Spring {
+        nodes: nodes.map(|n| n as usize),
+        weights: [0.4, 0.1, 0.3, 0.2],
+        anchor: [0.1, -0.3, 2.5],
+        stiffness: 40.0,
+    };
+    Springs::new(mesh.tets().step_by(3).map(spring).collect()).unwrap()
+}
+
+fn held(count: usize) -> Springs<3, 1> {
+    Springs::at_nodes((0..count).map(|n| (n, [0.0, 0.1, 0.2])), 30.0).unwrap()
+}
+
+/// The boundary without its bottom.
+fn top(mesh: &SimplexMesh<3>) -> Vec<[u32; 3]> {
+    let mut faces = mesh.boundary().faces;
+    faces.retain(|face| face.iter().any(|&n| mesh.node(n)[2] > 0.0));
+    faces
+}
+
 fn add(builder: AssemblyBuilder<3>, mesh: &SimplexMesh<3>, name: &str) -> AssemblyBuilder<3> {
     let count = mesh.nodes().len();
     let loads = || NodalLoads::new((0..count).map(|n| (n, [1.0, n as f64, -2.0])).collect());
@@ -161,6 +198,22 @@ fn add(builder: AssemblyBuilder<3>, mesh: &SimplexMesh<3>, name: &str) -> Assemb
             &VolumePatches::around_nodes(mesh).restricted_to(|e| e < 24),
             &bulk(mesh),
         ),
+        "strength" => builder.changed_by(5, |b| b.fibers(law, 3, &fibers(mesh))),
+        "stiffness" => builder.changed_by(6, |b| {
+            let patches = VolumePatches::around_nodes(mesh).restricted_to(|e| e < 12);
+            b.region(&[0, 3, 4, 9, 17], flesh())?
+                .mean_volume(&patches, &bulk(mesh))
+        }),
+        "springs" => builder
+            .term(springs(mesh))
+            .unwrap()
+            .term(Scaled::new(held(count), 7).unwrap()),
+        "inside" => builder.term(Cavity::closed(mesh.boundary().faces, 700.0).unwrap()),
+        "capped" => {
+            let cavity = Cavity::capped(Cavity::turned(top(mesh)), 1.0, |n| n == 3).unwrap();
+            builder.term(Scaled::new(cavity, 8).unwrap())
+        }
+        "mantle" => builder.term(Cavity::about(top(mesh), [0.3, 0.2, -0.5], -60.0).unwrap()),
         _ => builder
             .term(Scaled::new(loads().unwrap(), 2).unwrap())
             .unwrap()
@@ -382,7 +435,7 @@ fn blocks_in_any_order_land_in_a_dense_matrix_where_they_belong() {
 fn a_term_times_a_negative_number_is_projected_exactly() {
     let (scaled, x) = assembly(&["scaled"], [2, 2, 3]);
     let matrix = |c: f64, projection| {
-        let controls = [0.0, 0.0, 0.0, 0.0, c];
+        let controls = [0.0, 0.0, 0.0, 0.0, c, 0.0, 0.0, 0.0, 0.0];
         let at = scaled.configuration(&x, &controls).unwrap();
         hessian(&scaled, at, projection).values().to_vec()
     };
@@ -427,14 +480,14 @@ fn unusable_terms_and_configurations_are_refused() {
         node: 1,
     };
     assert_eq!(with([1, 2, 1]), Some(twice));
-    let again = Strings {
+    let again = || Strings {
         nodes: vec![],
-        control: 0,
+        control: 1,
     };
-    assert!(matches!(
-        Scaled::new(again, 1).err(),
-        Some(AssemblyError::ScaledTwice)
-    ));
+    let (read, control) = (1, 1);
+    let twice = AssemblyError::ScaledTwice { read, control };
+    assert_eq!(Scaled::new(again(), 1).err(), Some(twice));
+    assert!(Scaled::new(again(), 2).is_ok());
     assert!(NodalLoads::new(vec![(0, [f64::NAN; 3])]).is_err());
     assert!(Gravity::new(&mesh, f64::INFINITY, [0.0; 3]).is_err());
     let assembly = add(builder(), &mesh, "strings").build().unwrap();

@@ -99,6 +99,14 @@ pub struct PoseArgs {
     /// Activation of a muscle, 0 to 1; a name without _L or _R sets both sides. Repeatable.
     #[arg(long = "set", value_name = "MUSCLE=VALUE")]
     pub set: Vec<String>,
+    /// Value of a load, cavity, motion, strength or stiffness of the scene by its name: a cavity's in
+    /// pascals, a load's or motion's factor, the relative change of a strength or stiffness. Repeatable.
+    #[arg(
+        long = "control",
+        value_name = "NAME=VALUE",
+        allow_hyphen_values = true
+    )]
+    pub control: Vec<String>,
     /// Opening of the jaw; its condyles glide along the scene's path. Positive opens.
     #[arg(long, value_name = "12deg", allow_hyphen_values = true)]
     pub jaw: Option<String>,

@@ -59,6 +59,9 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
         say(table(&fits).trim_end())?;
+        for line in fits.iter().filter_map(|fit| controls(scene, fit)) {
+            say(line)?;
+        }
         for (name, why) in &impossible {
             say(format!("{name}: {why}"))?;
         }
@@ -123,7 +126,7 @@ fn parametrization(scene: &Scene, args: &FitArgs) -> Parametrization {
         },
         Jaw::Affine => JawModel::Affine,
     };
-    Parametrization::of_all(scene.muscles.len(), cranium, jaw)
+    scene.parametrization(cranium, jaw)
 }
 
 fn params(scene: &Scene, args: &FitArgs) -> FitParams {
@@ -258,6 +261,21 @@ fn line(fit: &ExpressionFit) -> String {
         "{}: {} points, {:.2} -> {:.2} mm RMS in {} steps{jaw}",
         fit.name, fit.points, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
     )
+}
+
+/// What a fit found for the controls that it varied: "cheekPuff: mouth 1240 Pa".
+fn controls(scene: &Scene, fit: &ExpressionFit) -> Option<String> {
+    let varied = scene.influences.iter().filter(|i| i.range.is_some());
+    let found = varied.filter_map(|i| {
+        let value = fit.controls.get(&i.name)?;
+        Some(
+            format!("{} {value:.3} {}", i.name, i.unit())
+                .trim_end()
+                .to_owned(),
+        )
+    });
+    let found: Vec<String> = found.collect();
+    (!found.is_empty()).then(|| format!("{}: {}", fit.name, found.join(", ")))
 }
 
 /// A row for each fit, as Markdown.

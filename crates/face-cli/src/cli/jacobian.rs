@@ -24,7 +24,9 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     let bar = spinner("equilibrium and derivative");
     out.phase("equilibrium", || rig.solve(&parameters).map(|_| ()))?;
-    let directions = Direction::all(scene.muscles.len());
+    let controls = (0..scene.influences.len()).map(Direction::Control);
+    let mut directions = Direction::all(scene.muscles.len());
+    directions.extend(controls);
     let points = scene.landmark_points(0..scene.landmarks.len());
     let (columns, route) = out.phase("jacobian", || {
         rig.sensitivity().map(|s| {
@@ -33,7 +35,8 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
         })
     })?;
     bar.finish_and_clear();
-    let names = names(scene.muscles.iter().map(|m| m.name.as_str()));
+    let mut names = names(scene.muscles.iter().map(|m| m.name.as_str()));
+    names.extend(scene.influences.iter().map(|i| i.name.clone()));
     let path = out.path("jacobian.csv");
     let mut text = format!("landmark,axis,{}\n", names.join(","));
     for row in 0..points.dim() {
@@ -54,7 +57,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
         JacobianRoute::Adjoint => "adjoint",
     };
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
-        "jaw_shift_mm": args.pose.jaw_shift });
+        "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
     let results = json!({ "rows": points.dim(), "columns": names, "route": route });
     let report = out.report("jacobian", settings, results)?;
     if output.json {

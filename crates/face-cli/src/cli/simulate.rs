@@ -5,7 +5,7 @@ use super::draw::{Shape, pose as draw_pose};
 use super::error::Failure;
 use super::output::{Output, say};
 use super::progress::spinner;
-use super::source::{open, pose};
+use super::source::{named_controls, open, pose};
 use face_rig::rig::{AffineMap, RigError, RigParams};
 use face_scenes::Scene;
 use serde_json::json;
@@ -47,14 +47,17 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
         .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
     let largest_mm = 1e3 * moved.fold(0.0, f64::max);
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
-        "jaw_shift_mm": args.pose.jaw_shift });
+        "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
+    let controls = named_controls(scene, &parameters);
+    let energy = rig.energy_controls(&parameters);
     let at = rig
         .assembly()
-        .configuration(&rig.solved().in_cranium_frame, &parameters.activations)
+        .configuration(&rig.solved().in_cranium_frame, &energy)
         .map_err(RigError::from)?;
     let torques = scene.jaw_torques(rig.solved())?;
     let torques = torques_by_name(scene, &torques);
     let results = json!({
+        "controls": controls,
         "jaw_torques_newton_meters": torques.iter().cloned().collect::<BTreeMap<_, _>>(),
         "energy_joules": rig.assembly().energy(at),
         "newton_steps": work.newton_steps, "equilibria": work.equilibria,

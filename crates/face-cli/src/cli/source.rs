@@ -4,7 +4,8 @@ use super::args::PoseArgs;
 use super::error::Failure;
 use face_rig::rig::Parameters;
 use face_scenes::builtin::BuiltinFace;
-use face_scenes::{Scene, parse_activations, parse_angle};
+use face_scenes::{Scene, parse_activations, parse_angle, parse_controls};
+use std::collections::BTreeMap;
 
 /// Tetrahedra of `builtin` without a number.
 const BUILTIN_TETS: usize = 20_000;
@@ -50,13 +51,21 @@ pub fn pose(scene: &Scene, typed: &PoseArgs) -> Result<Parameters, Failure> {
         .jaw_shift
         .as_deref()
         .map_or(Ok([0.0; 3]), parse_shift)?;
-    let mut parameters = Parameters::rest(scene.muscles.len());
+    let controls = typed.control.iter().map(String::as_str);
+    let mut parameters = scene.rest_pose();
+    parameters.controls = parse_controls(&scene.influences, controls)?;
     parameters.activations = activations;
     parameters.jaw = scene.joint.motion([angle, 0.0, 0.0, 0.0]).0;
     for (t, by) in parameters.jaw.translation.iter_mut().zip(shift) {
         *t += by;
     }
     Ok(parameters)
+}
+
+/// The value of every control by its name.
+pub fn named_controls<'s>(scene: &'s Scene, pose: &Parameters) -> BTreeMap<&'s str, f64> {
+    let names = scene.influences.iter().map(|i| i.name.as_str());
+    names.zip(pose.controls.iter().copied()).collect()
 }
 
 fn parse_shift(text: &str) -> Result<[f64; 3], Failure> {

@@ -6,5 +6,5 @@ mod problem;
 mod rotation;
 
 pub use goal::{Goal, Goals};
-pub use parametrization::{CraniumModel, JawModel, Parametrization};
+pub use parametrization::{ControlModel, CraniumModel, JawModel, Parametrization};
 pub use problem::{FitError, FitIteration, FitParams, FitReport, Fitter, Orthogonality};

@@ -38,7 +38,26 @@ pub enum JawModel {
     Affine,
 }
 
-/// The numbers q of a fit: activations of some muscles, then the head, then the jaw.
+/// What a fit does with a control of the rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlModel {
+    /// Its value where a fit starts, toward which it is weighed, and where it stays if it may not vary;
+    /// in its own unit.
+    pub neutral: f64,
+    /// The least and greatest value, if it may vary.
+    pub bounds: Option<[f64; 2]>,
+}
+
+impl ControlModel {
+    /// What q counts in: the value of the greatest magnitude among the bounds, so that q is about 1 as
+    /// an activation is, and one weight suits both.
+    fn unit(bounds: [f64; 2]) -> f64 {
+        bounds[0].abs().max(bounds[1].abs())
+    }
+}
+
+/// The numbers q of a fit: activations of some muscles, then the head, then the jaw, then the controls
+/// that vary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parametrization {
     /// Muscles of the rig.
@@ -49,9 +68,29 @@ pub struct Parametrization {
     pub cranium: CraniumModel,
     /// How the jaw may move.
     pub jaw: JawModel,
+    /// One for each control of the rig.
+    pub controls: Vec<ControlModel>,
 }
 
 impl Parametrization {
+    /// The same with controls.
+    #[must_use]
+    pub fn with_controls(self, controls: Vec<ControlModel>) -> Self {
+        Self { controls, ..self }
+    }
+
+    /// (control, bounds, unit of q) of those that vary.
+    pub(super) fn varying(&self) -> impl Iterator<Item = (usize, [f64; 2], f64)> + '_ {
+        let bounds = self.controls.iter().enumerate();
+        let bounds = bounds.filter_map(|(k, c)| c.bounds.map(|b| (k, b)));
+        bounds.map(|(k, b)| (k, b, ControlModel::unit(b)))
+    }
+
+    /// How many controls vary.
+    pub fn control_numbers(&self) -> usize {
+        self.varying().count()
+    }
+
     /// θ itself: all activations and both affine frames, 24 numbers more than muscles.
     pub fn affine(muscles: usize) -> Self {
         Self::of_all(muscles, CraniumModel::Affine, JawModel::Affine)
@@ -64,6 +103,7 @@ impl Parametrization {
             active: (0..muscles).collect(),
             cranium,
             jaw,
+            controls: Vec::new(),
         }
     }
 
@@ -89,7 +129,7 @@ impl Parametrization {
 
     /// Length of q.
     pub fn len(&self) -> usize {
-        self.active.len() + self.cranium_numbers() + self.jaw_numbers()
+        self.active.len() + self.cranium_numbers() + self.jaw_numbers() + self.control_numbers()
     }
 
     /// Is there nothing to fit?
@@ -104,6 +144,8 @@ impl Parametrization {
         let pad = |n: usize| if n == 12 { unit.to_vec() } else { vec![0.0; n] };
         q.extend(pad(self.cranium_numbers()));
         q.extend(pad(self.jaw_numbers()));
+        let neutral = |(k, _, unit): (usize, [f64; 2], f64)| self.controls[k].neutral / unit;
+        q.extend(self.varying().map(neutral));
         q
     }
 
@@ -116,10 +158,14 @@ impl Parametrization {
         }
         parameters.cranium = self.cranium_frame(cranium).0;
         parameters.jaw = self.jaw_frame(jaw).0;
+        parameters.controls = self.controls.iter().map(|c| c.neutral).collect();
+        for ((k, _, unit), value) in self.varying().zip(&q[q.len() - self.control_numbers()..]) {
+            parameters.controls[k] = unit * value;
+        }
         parameters
     }
 
-    /// dθ for each number of q.
+    /// dθ for each number of q, up to its scale ([`Parametrization::scales`]).
     pub fn directions(&self, q: &[f64]) -> Vec<Direction> {
         let (_, cranium, jaw) = self.split(q);
         let activations = self.active.iter().map(|&m| Direction::Activation(m));
@@ -129,7 +175,20 @@ impl Parametrization {
             .into_iter()
             .map(Direction::Cranium);
         let jaw = self.jaw_frame(jaw).1.into_iter().map(Direction::Jaw);
-        activations.chain(cranium).chain(jaw).collect()
+        let controls = self.varying().map(|(k, _, _)| Direction::Control(k));
+        activations
+            .chain(cranium)
+            .chain(jaw)
+            .chain(controls)
+            .collect()
+    }
+
+    /// What each column of [`Parametrization::directions`] is multiplied by: the unit of a control, 1
+    /// for all else.
+    pub fn scales(&self) -> Vec<f64> {
+        let mut scales = vec![1.0; self.len() - self.control_numbers()];
+        scales.extend(self.varying().map(|(_, _, unit)| unit));
+        scales
     }
 
     /// Where the jaw's numbers begin in q.
@@ -139,8 +198,8 @@ impl Parametrization {
 
     fn split<'q>(&self, q: &'q [f64]) -> (&'q [f64], &'q [f64], &'q [f64]) {
         let (activations, rest) = q.split_at(self.active.len());
-        let (cranium, jaw) = rest.split_at(self.cranium_numbers());
-        (activations, cranium, jaw)
+        let (cranium, rest) = rest.split_at(self.cranium_numbers());
+        (activations, cranium, &rest[..self.jaw_numbers()])
     }
 
     fn cranium_frame(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
@@ -222,7 +281,19 @@ mod tests {
                     active: vec![2, 0],
                     cranium,
                     jaw,
+                    controls: vec![
+                        ControlModel {
+                            neutral: 2.0,
+                            bounds: None,
+                        },
+                        ControlModel {
+                            neutral: 500.0,
+                            bounds: Some([-1000.0, 3000.0]),
+                        },
+                    ],
                 };
+                let scales = map.scales();
+                assert_eq!(map.parameters(&map.rest()).controls, [2.0, 500.0]);
                 let q: Vec<f64> = (0..map.len())
                     .map(|k| map.rest()[k] + 0.3 * (k as f64).cos())
                     .collect();
@@ -235,15 +306,19 @@ mod tests {
                     };
                     let mut exact = vec![0.0; 3];
                     let (mut c, mut j) = (AffineMap::ZERO, AffineMap::ZERO);
+                    let mut controls = [0.0; 2];
                     match direction {
                         Direction::Activation(m) => exact[m] = 1.0,
                         Direction::Cranium(d) => c = d,
                         Direction::Jaw(d) => j = d,
+                        Direction::Control(k) => controls[k] = 1.0,
                     }
                     exact.extend(c.to_array());
                     exact.extend(j.to_array());
+                    exact.extend(controls);
                     for ((high, low), exact) in at(h).iter().zip(at(-h)).zip(exact) {
-                        assert!(((high - low) / (2.0 * h) - exact).abs() < 1e-9);
+                        let exact = scales[k] * exact;
+                        assert!(((high - low) / (2.0 * h) - exact).abs() < 1e-9 * scales[k]);
                     }
                 }
             }

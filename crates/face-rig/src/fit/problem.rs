@@ -29,7 +29,8 @@ pub struct FitParams {
     pub activation_bounds: Option<[f64; 2]>,
     /// Angles between which a jaw with a mere hinge turns, radians; a joint has limits of its own.
     pub jaw_angle_bounds: Option<[f64; 2]>,
-    /// Tikhonov weight w_a of ½ w_a |α|², meters².
+    /// Tikhonov weight w_a of ½ w_a |α|², meters²; also that of each control that varies, from its
+    /// neutral value, in shares of its greatest.
     pub activation_weight: f64,
     /// Tikhonov weight w_j of ½ w_j Σ (s / s_max)² over a joint's protrusion, lateral shift and yaw,
     /// each relative to its wider limit; meters². The opening is free.
@@ -284,6 +285,11 @@ impl Fitter<'_> {
             (JawModel::Hinge(_), Some([low, high])) => (lower[jaw], upper[jaw]) = (low, high),
             _ => {}
         }
+        let first = map.len() - map.control_numbers();
+        for (place, (_, [low, high], unit)) in (first..).zip(map.varying()) {
+            (lower[place], upper[place]) = (low / unit, high / unit);
+        }
+        weights[first..].fill(params.activation_weight);
         GaussNewtonParams {
             method: params.method,
             damping: params.damping,
@@ -329,6 +335,11 @@ impl Fitter<'_> {
             "muscles of the parametrization",
             self.parametrization.muscles,
             rig.muscles(),
+        )?;
+        same(
+            "controls of the parametrization",
+            self.parametrization.controls.len(),
+            rig.controls(),
         )?;
         same("starting numbers", start.len(), self.parametrization.len())?;
         if !self.weights.is_empty() {
@@ -467,21 +478,22 @@ impl LeastSquares for Problem<'_> {
         self.pose(&parameters)?;
         let (dim, rows) = (self.fitter.observation.dim(), self.residuals());
         let directions = map.directions(q);
-        let weights = self.orthogonality();
+        let (weights, scales) = (self.orthogonality(), map.scales());
         let sensitivity = self.rig.sensitivity()?;
         let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
         let data = sensitivity.jacobian(self.fitter.observation, &directions, route);
-        for ((column, seen), direction) in j
+        for (((column, seen), direction), scale) in j
             .chunks_exact_mut(rows)
             .zip(data.chunks_exact(dim))
             .zip(&directions)
+            .zip(&scales)
         {
             for ((c, d), root) in column.iter_mut().zip(seen).zip(&self.roots) {
-                *c = d * root;
+                *c = scale * d * root;
             }
             let zero = AffineMap::ZERO;
             let (cranium, jaw) = match direction {
-                Direction::Activation(_) => (&zero, &zero),
+                Direction::Activation(_) | Direction::Control(_) => (&zero, &zero),
                 Direction::Cranium(d) => (d, &zero),
                 Direction::Jaw(d) => (&zero, d),
             };

@@ -1,5 +1,6 @@
 //! x(θ): the equilibrium shape of a pose.
 
+use super::control::{Control, Controls};
 use super::error::RigError;
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
@@ -21,6 +22,7 @@ use std::time::Duration;
 pub struct Rig {
     assembly: Assembly<3>,
     jaw: Vec<u32>,
+    controls: Controls,
     newton: Newton<'static, 3>,
     params: RigParams,
     solved: Equilibrium,
@@ -31,6 +33,8 @@ pub struct Rig {
 /// A pose with its factored stiffness: neighboring poses start from its prediction.
 struct Tangent {
     at: Equilibrium,
+    /// What the energy was given there.
+    energy: Vec<f64>,
     factor: CholeskyFactor<f64, 3>,
 }
 
@@ -131,10 +135,12 @@ impl Rig {
             in_cranium_frame: rest,
         };
         let jaw = jaw.iter().map(|&n| n as u32).collect();
+        let controls = Controls::none(&assembly);
         let (tangent, work) = (None, Work::default());
         Ok(Self {
             assembly,
             jaw,
+            controls,
             newton,
             params,
             solved,
@@ -143,9 +149,34 @@ impl Rig {
         })
     }
 
+    /// The same rig with controls beside the activations: those with an [`Effect::Energy`] are, in
+    /// their order, the last controls of the assembly. All are 0 at rest.
+    ///
+    /// # Errors
+    /// When there are more of them than controls of the assembly, a unit is not positive, or a motion
+    /// moves what is not prescribed or hangs on the jaw.
+    ///
+    /// [`Effect::Energy`]: super::Effect::Energy
+    pub fn with_controls(mut self, controls: Vec<Control>) -> Result<Self, RigError> {
+        self.controls = Controls::new(controls, &self.assembly, &self.jaw)?;
+        let rest = Parameters::rest(self.controls.muscles());
+        self.solved.parameters = rest.with_controls(vec![0.0; self.controls.len()]);
+        self.solved.in_cranium_frame = self.assembly.rest().to_vec();
+        self.tangent = None;
+        Ok(self)
+    }
+
     /// Number of muscles.
     pub fn muscles(&self) -> usize {
-        self.assembly.controls()
+        self.controls.muscles()
+    }
+    /// Number of controls beside the activations.
+    pub fn controls(&self) -> usize {
+        self.controls.len()
+    }
+    /// The controls that the assembly's energy is given in a pose: activations, then controls of energy.
+    pub fn energy_controls(&self, pose: &Parameters) -> Vec<f64> {
+        self.controls.of_energy(pose)
     }
     /// The mesh with its materials.
     pub fn assembly(&self) -> &Assembly<3> {
@@ -200,7 +231,7 @@ impl Rig {
     }
 
     fn walk(&mut self, target: &Parameters) -> Result<Equilibrium, RigError> {
-        let near = |solved: &Equilibrium| distance(&solved.parameters, target);
+        let near = |solved: &Equilibrium| self.distance(&solved.parameters, target);
         let start = match &self.tangent {
             Some(tangent) if near(&tangent.at) <= near(&self.solved) => tangent.at.clone(),
             _ => self.solved.clone(),
@@ -248,15 +279,16 @@ impl Rig {
         let Self {
             assembly,
             jaw,
+            controls,
             solved,
             tangent,
             ..
         } = self;
-        let factor = tangent
-            .as_ref()
-            .map(|t| &t.factor)
-            .ok_or(RigError::NoTangent)?;
-        Ok(Sensitivity::new(assembly, jaw, solved, factor)?)
+        let tangent = tangent.as_ref().ok_or(RigError::NoTangent)?;
+        let (energy, factor) = (&tangent.energy, &tangent.factor);
+        Ok(Sensitivity::new(
+            assembly, jaw, controls, solved, energy, factor,
+        )?)
     }
 
     /// Stencils that hold everything that has an energy at a pose, and a solver for them.
@@ -264,15 +296,14 @@ impl Rig {
         if !self.assembly.changes() {
             return Ok(());
         }
-        let activations = &at.parameters.activations;
-        let here = self
-            .assembly
-            .configuration(&at.in_cranium_frame, activations)?;
+        let energy = self.controls.of_energy(&at.parameters);
+        let here = self.assembly.configuration(&at.in_cranium_frame, &energy)?;
         self.assembly.renew(here)?;
         let analyzed = self.newton.matrix().map(BlockSymmetric::pattern);
         if !analyzed.is_some_and(|own| Arc::ptr_eq(own, self.assembly.pattern())) {
-            let (z, controls) = (at.in_cranium_frame.clone(), activations.clone());
-            self.newton = Newton::new(&Quasistatic::new(&self.assembly, z, controls)?);
+            let z = at.in_cranium_frame.clone();
+            let problem = Quasistatic::new(&self.assembly, z, energy)?;
+            self.newton.renew(&problem);
         }
         Ok(())
     }
@@ -281,14 +312,15 @@ impl Rig {
         if self.tangent.as_ref().is_some_and(|t| t.at == *at) {
             return Ok(());
         }
+        let energy = self.controls.of_energy(&at.parameters);
         let Self {
             assembly, newton, ..
         } = &mut *self;
-        let activations = at.parameters.activations.clone();
-        let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), activations)?;
+        let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), energy.clone())?;
         let factor = newton.factor_at(&problem, &problem.unknowns())?.clone();
         self.tangent = Some(Tangent {
             at: at.clone(),
+            energy,
             factor,
         });
         self.work.factorizations += 1;
@@ -299,29 +331,51 @@ impl Rig {
     /// tangent does not exist the flesh stays.
     fn predict(&mut self, state: &Equilibrium, pose: &Parameters) -> Vec<[f64; 3]> {
         let mut z = state.in_cranium_frame.clone();
-        let moves_bones = state.parameters.jaw != pose.jaw;
+        let change = Change::between(&state.parameters, pose);
+        let moves_bones = state.parameters.jaw != pose.jaw || self.controls.moves(&change.controls);
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
         if self.renew(state).is_ok()
             && (known || (moves_bones && self.ensure_tangent(state).is_ok()))
             && let Some(tangent) = &self.tangent
-            && let Ok(sensitivity) =
-                Sensitivity::new(&self.assembly, &self.jaw, state, &tangent.factor)
+            && let Ok(sensitivity) = Sensitivity::new(
+                &self.assembly,
+                &self.jaw,
+                &self.controls,
+                state,
+                &tangent.energy,
+                &tangent.factor,
+            )
         {
-            let change = Change::between(&state.parameters, pose);
-            let dz = sensitivity.in_cranium_frame(&change.activations, &change.jaw);
+            let Change {
+                activations,
+                jaw,
+                controls,
+            } = &change;
+            let dz = sensitivity.in_cranium_frame(activations, jaw, controls);
             for (z, d) in z.iter_mut().zip(dz) {
                 *z = std::array::from_fn(|i| z[i] + d[i]);
             }
         }
-        self.place_bones(&mut z, &pose.jaw);
+        self.place_bones(&mut z, pose);
         z
     }
 
     /// Prescribed nodes at their pose.
-    fn place_bones(&self, z: &mut [[f64; 3]], jaw: &AffineMap) {
+    fn place_bones(&self, z: &mut [[f64; 3]], pose: &Parameters) {
+        let rest = self.assembly.rest();
         for &n in &self.jaw {
-            z[n as usize] = jaw.apply(self.assembly.rest()[n as usize]);
+            z[n as usize] = pose.jaw.apply(rest[n as usize]);
         }
+        self.controls.place_moved(rest, &pose.controls, z);
+    }
+
+    /// |θ_a − θ_b| in what needs an equilibrium: activations, jaw, and controls in their units.
+    fn distance(&self, a: &Parameters, b: &Parameters) -> f64 {
+        let change = Change::between(a, b);
+        let numbers = change.activations.iter().copied();
+        let numbers = numbers.chain(change.jaw.to_array());
+        let numbers = numbers.chain(self.controls.in_units(&change.controls));
+        numbers.map(|d| d * d).sum::<f64>().sqrt()
     }
 
     fn equilibrium(
@@ -329,6 +383,7 @@ impl Rig {
         guess: Vec<[f64; 3]>,
         pose: &Parameters,
     ) -> Result<Vec<[f64; 3]>, NewtonError> {
+        let energy = self.controls.of_energy(pose);
         let Self {
             assembly,
             newton,
@@ -337,16 +392,14 @@ impl Rig {
             ..
         } = self;
         if assembly.changes() {
-            let controls = &pose.activations;
-            let done = solve_renewing(assembly, newton, guess, controls, &params.newton)
+            let done = solve_renewing(assembly, newton, guess, &energy, &params.newton)
                 .map_err(unsolved)?;
             work.equilibria += 1;
             work.newton_steps += done.iterations;
             work.factorizations += done.info.map_or(0, |info| info.factorizations);
             return Ok(done.positions);
         }
-        let problem = Quasistatic::new(assembly, guess, pose.activations.clone())
-            .map_err(|_| outside_domain())?;
+        let problem = Quasistatic::new(assembly, guess, energy).map_err(|_| outside_domain())?;
         let mut x = problem.unknowns();
         let info = newton.solve(&problem, &mut x, &params.newton)?;
         work.equilibria += 1;
@@ -357,8 +410,9 @@ impl Rig {
 
     fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> String {
         let mut z = from.in_cranium_frame.clone();
-        self.place_bones(&mut z, &pose.jaw);
-        let at = self.assembly.configuration(&z, &pose.activations);
+        self.place_bones(&mut z, pose);
+        let energy = self.controls.of_energy(pose);
+        let at = self.assembly.configuration(&z, &energy);
         match at
             .map(|at| self.assembly.element_outside_domain(at))
             .ok()
@@ -372,8 +426,9 @@ impl Rig {
     /// Newton's energy has no element without a free node; an infinite one is found here.
     fn check_bones(&self, pose: &Parameters) -> Result<(), RigError> {
         let mut z = self.assembly.rest().to_vec();
-        self.place_bones(&mut z, &pose.jaw);
-        let at = self.assembly.configuration(&z, &pose.activations)?;
+        self.place_bones(&mut z, pose);
+        let energy = self.controls.of_energy(pose);
+        let at = self.assembly.configuration(&z, &energy)?;
         let Some(element) = self.assembly.prescribed_element_outside_domain(at) else {
             return Ok(());
         };
@@ -390,13 +445,18 @@ impl Rig {
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), RigError> {
-        let (found, expected) = (parameters.activations.len(), self.muscles());
-        if found != expected {
-            return Err(RigError::WrongLength {
-                what: "activations",
-                found,
-                expected,
-            });
+        let (activations, controls) = (parameters.activations.len(), parameters.controls.len());
+        for (what, found, expected) in [
+            ("activations", activations, self.muscles()),
+            ("controls", controls, self.controls.len()),
+        ] {
+            if found != expected {
+                return Err(RigError::WrongLength {
+                    what,
+                    found,
+                    expected,
+                });
+            }
         }
         match parameters.to_vec().iter().position(|v| !v.is_finite()) {
             Some(index) => Err(RigError::NotFinite { index }),
@@ -416,7 +476,7 @@ impl Walk<'_> {
     fn pose(&self, s: f64) -> Parameters {
         match s {
             1.0 => self.target.clone(),
-            _ => between(self.start, self.target, s),
+            _ => self.start.toward(self.target, s),
         }
     }
 }
@@ -468,37 +528,17 @@ fn outside_domain() -> NewtonError {
 struct Change {
     activations: Vec<f64>,
     jaw: AffineMap,
+    controls: Vec<f64>,
 }
 
 impl Change {
     fn between(from: &Parameters, to: &Parameters) -> Self {
         let (a, b) = (from.jaw.to_array(), to.jaw.to_array());
-        let activations = to.activations.iter().zip(&from.activations);
+        let less = |b: &[f64], a: &[f64]| b.iter().zip(a).map(|(b, a)| b - a).collect();
         Self {
-            activations: activations.map(|(b, a)| b - a).collect(),
+            activations: less(&to.activations, &from.activations),
+            controls: less(&to.controls, &from.controls),
             jaw: AffineMap::from_array(std::array::from_fn(|k| b[k] - a[k])),
         }
     }
-}
-
-/// |θ_a − θ_b| in what needs an equilibrium: activations and jaw.
-fn distance(a: &Parameters, b: &Parameters) -> f64 {
-    let Change { activations, jaw } = Change::between(a, b);
-    activations
-        .iter()
-        .chain(&jaw.to_array())
-        .map(|d| d * d)
-        .sum::<f64>()
-        .sqrt()
-}
-
-/// (1 − t) a + t b, number by number.
-fn between(a: &Parameters, b: &Parameters, t: f64) -> Parameters {
-    let mixed: Vec<f64> = a
-        .to_vec()
-        .iter()
-        .zip(b.to_vec())
-        .map(|(a, b)| a + t * (b - a))
-        .collect();
-    Parameters::from_slice(&mixed).unwrap_or_else(|| b.clone())
 }

@@ -29,6 +29,27 @@ pub enum RigError {
         /// The node.
         node: usize,
     },
+    /// A motion can only move what is prescribed.
+    #[error(
+        "control {control} moves axis {axis} of node {node}: it must exist, be prescribed and hang on no \
+         jaw, and the meters be finite"
+    )]
+    MotionNotPrescribed {
+        /// The control.
+        control: usize,
+        /// The node.
+        node: usize,
+        /// The axis.
+        axis: usize,
+    },
+    /// A unit that nothing can be measured in.
+    #[error("the unit of control {control} is {unit}; it must be finite and above 0")]
+    ControlUnit {
+        /// The control.
+        control: usize,
+        /// Its unit.
+        unit: f64,
+    },
     /// An element that the bones alone move leaves the domain of its material: no flesh can give way.
     #[error(
         "element {element} has infinite energy there (det F {ratio:.3}): all its nodes hang on bones \

@@ -1,5 +1,6 @@
 //! dx/dθ, exact: by columns, or by adjoints where fewer numbers are seen than parameters vary.
 
+use super::control::Controls;
 use super::equilibrium::Equilibrium;
 use super::observation::Observation;
 use super::parameters::Direction;
@@ -23,6 +24,7 @@ pub struct Sensitivity<'a> {
     assembly: &'a Assembly<3>,
     at: Configuration<'a, 3>,
     jaw: &'a [u32],
+    controls: &'a Controls,
     solved: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
     factor: &'a CholeskyFactor<f64, 3>,
@@ -32,14 +34,16 @@ impl<'a> Sensitivity<'a> {
     pub(super) fn new(
         assembly: &'a Assembly<3>,
         jaw: &'a [u32],
+        controls: &'a Controls,
         solved: &'a Equilibrium,
+        energy: &'a [f64],
         factor: &'a CholeskyFactor<f64, 3>,
     ) -> Result<Self, AssemblyError> {
-        let activations = &solved.parameters.activations;
         Ok(Self {
             assembly,
-            at: assembly.configuration(&solved.in_cranium_frame, activations)?,
+            at: assembly.configuration(&solved.in_cranium_frame, energy)?,
             jaw,
+            controls,
             solved,
             positions: solved.positions(),
             factor,
@@ -68,19 +72,35 @@ impl<'a> Sensitivity<'a> {
         }
     }
 
-    /// dz for one change of activations and jaw together, by a single solve.
-    pub(super) fn in_cranium_frame(&self, activations: &[f64], jaw: &AffineMap) -> Vec<[f64; 3]> {
+    /// dz for one change of activations, jaw and controls together, by a single solve.
+    pub(super) fn in_cranium_frame(
+        &self,
+        activations: &[f64],
+        jaw: &AffineMap,
+        controls: &[f64],
+    ) -> Vec<[f64; 3]> {
         let mut dz = self.bone_motion(&Direction::Jaw(*jaw));
         let mut force = vec![0.0; self.assembly.dofs().unknowns()];
-        self.load(&Direction::Jaw(*jaw), &mut force);
         let mut unit = vec![0.0; force.len()];
-        for (muscle, &change) in activations.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-            self.load(&Direction::Activation(muscle), &mut unit);
+        let muscles = activations.iter().enumerate();
+        let muscles = muscles.map(|(m, c)| (Direction::Activation(m), *c));
+        let numbers = controls.iter().enumerate();
+        let numbers = numbers.map(|(k, c)| (Direction::Control(k), *c));
+        for (direction, change) in muscles.chain(numbers).filter(|(_, c)| *c != 0.0) {
+            match self.of_energy(&direction) {
+                Some(_) => self.load(&direction, &mut unit),
+                None => {
+                    self.add_motion(&direction, change, &mut dz);
+                    continue;
+                }
+            }
             force
                 .iter_mut()
                 .zip(&unit)
                 .for_each(|(f, u)| *f += change * u);
         }
+        self.assembly.hessian_vector(self.at, &dz, &mut unit);
+        force.iter_mut().zip(&unit).for_each(|(f, u)| *f += u);
         self.factor.solve_in_place(&mut force);
         force.iter_mut().for_each(|f| *f = -*f);
         self.assembly.dofs().scatter(&force, &mut dz);
@@ -115,7 +135,7 @@ impl<'a> Sensitivity<'a> {
                         .iter()
                         .map(|&z| d.apply(z))
                         .collect(),
-                    Direction::Activation(_) | Direction::Jaw(_) => {
+                    Direction::Activation(_) | Direction::Jaw(_) | Direction::Control(_) => {
                         let column: Vec<f64> =
                             block[next * n..(next + 1) * n].iter().map(|v| -v).collect();
                         next += 1;
@@ -193,21 +213,24 @@ impl<'a> Sensitivity<'a> {
         self.factor.solve_many(&mut multipliers, seen.len());
         let forces: Vec<Option<Vec<f64>>> = directions
             .par_iter()
-            .map(|direction| match direction {
-                Direction::Activation(_) => {
-                    let mut force = vec![0.0; n];
-                    self.load(direction, &mut force);
-                    Some(force)
-                }
-                _ => None,
+            .map(|direction| {
+                self.of_energy(direction)?;
+                let mut force = vec![0.0; n];
+                self.load(direction, &mut force);
+                Some(force)
             })
             .collect();
-        let has_jaw = directions.iter().any(|d| matches!(d, Direction::Jaw(_)));
+        let moves = |d: &Direction| match d {
+            Direction::Jaw(_) => true,
+            Direction::Control(_) => self.of_energy(d).is_none(),
+            Direction::Activation(_) | Direction::Cranium(_) => false,
+        };
+        let moves_bones = directions.iter().any(moves);
         (0..seen.len())
             .into_par_iter()
             .map(|k| {
                 let multiplier = &multipliers[k * n..(k + 1) * n];
-                let reaction = has_jaw.then(|| {
+                let reaction = moves_bones.then(|| {
                     let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
                     self.assembly.dofs().scatter(multiplier, &mut field);
                     self.assembly.hessian_vector_everywhere(self.at, &field)
@@ -229,7 +252,16 @@ impl<'a> Sensitivity<'a> {
                             };
                             self.jaw.iter().map(bone).sum()
                         }
-                        (Direction::Activation(_), force) => {
+                        (Direction::Control(c), None) => {
+                            let through_flesh = reaction.as_deref().unwrap_or_default();
+                            let moved = self.controls.motion(*c).iter();
+                            let felt = moved.map(|&(node, axis, meters)| {
+                                let (own, back) = (in_frame[k][node], through_flesh[node]);
+                                (own[axis] - back[axis]) * meters
+                            });
+                            felt.sum()
+                        }
+                        (Direction::Activation(_) | Direction::Control(_), force) => {
                             let force = force.as_deref().unwrap_or_default();
                             -multiplier
                                 .iter()
@@ -246,12 +278,31 @@ impl<'a> Sensitivity<'a> {
     /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
     fn load(&self, direction: &Direction, rhs: &mut [f64]) {
         match direction {
-            Direction::Activation(muscle) => self.assembly.control_gradient(self.at, *muscle, rhs),
-            Direction::Jaw(_) => {
-                self.assembly
-                    .hessian_vector(self.at, &self.bone_motion(direction), rhs);
-            }
             Direction::Cranium(_) => rhs.fill(0.0),
+            _ => match self.of_energy(direction) {
+                Some(control) => self.assembly.control_gradient(self.at, control, rhs),
+                None => self
+                    .assembly
+                    .hessian_vector(self.at, &self.bone_motion(direction), rhs),
+            },
+        }
+    }
+
+    /// The control of the assembly's energy that a direction is, if it is one.
+    fn of_energy(&self, direction: &Direction) -> Option<usize> {
+        match direction {
+            Direction::Activation(muscle) => Some(*muscle),
+            Direction::Control(control) => self.controls.place(*control),
+            Direction::Cranium(_) | Direction::Jaw(_) => None,
+        }
+    }
+
+    /// Adds a motion's dz^C.
+    fn add_motion(&self, direction: &Direction, change: f64, dz: &mut [[f64; 3]]) {
+        if let Direction::Control(control) = direction {
+            for &(node, axis, meters) in self.controls.motion(*control) {
+                dz[node][axis] += change * meters;
+            }
         }
     }
 
@@ -265,6 +316,7 @@ impl<'a> Sensitivity<'a> {
                 dz[node as usize] = d.apply(rest[node as usize]);
             }
         }
+        self.add_motion(direction, 1.0, &mut dz);
         dz
     }
 }

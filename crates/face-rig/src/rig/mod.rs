@@ -1,5 +1,6 @@
 //! The rig: θ ↦ x(θ), its exact derivative, and fitting θ to what is seen.
 
+mod control;
 mod equilibrium;
 mod error;
 mod jacobian;
@@ -7,6 +8,7 @@ mod observation;
 mod parameters;
 
 pub use crate::anatomy::AffineMap;
+pub use control::{Control, Effect};
 pub use equilibrium::{Equilibrium, Rig, RigParams, Work};
 pub use error::RigError;
 pub use jacobian::{JacobianRoute, Sensitivity};

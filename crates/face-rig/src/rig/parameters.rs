@@ -2,7 +2,7 @@
 
 use crate::anatomy::AffineMap;
 
-/// θ = (muscle activations θ_a; cranium and jaw θ_k), document 000, 2.
+/// θ = (muscle activations θ_a; cranium and jaw θ_k), document 000, 2; and controls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// One activation per muscle; 0 relaxed, 1 fully contracted.
@@ -11,27 +11,37 @@ pub struct Parameters {
     pub cranium: AffineMap,
     /// M_j, t_j: moves the nodes attached to the jaw, in the cranium's frame.
     pub jaw: AffineMap,
+    /// One value for each control of the rig ([`Control`](super::Control)), in its own unit.
+    pub controls: Vec<f64>,
 }
 
 impl Parameters {
-    /// Relaxed, at rest.
+    /// Relaxed, at rest, of a rig without controls.
     pub fn rest(muscles: usize) -> Self {
         Self {
             activations: vec![0.0; muscles],
             cranium: AffineMap::IDENTITY,
             jaw: AffineMap::IDENTITY,
+            controls: Vec::new(),
         }
     }
 
-    /// Activations, then M_c by rows, t_c, M_j by rows, t_j.
+    /// The same pose with these controls.
+    #[must_use]
+    pub fn with_controls(self, controls: Vec<f64>) -> Self {
+        Self { controls, ..self }
+    }
+
+    /// Activations, then M_c by rows, t_c, M_j by rows, t_j, then the controls.
     pub fn to_vec(&self) -> Vec<f64> {
         let mut theta = self.activations.clone();
         theta.extend(self.cranium.to_array());
         theta.extend(self.jaw.to_array());
+        theta.extend(&self.controls);
         theta
     }
 
-    /// The inverse of [`Parameters::to_vec`]; `None` for fewer than 24 numbers.
+    /// The inverse of [`Parameters::to_vec`] without controls; `None` for fewer than 24 numbers.
     pub fn from_slice(theta: &[f64]) -> Option<Self> {
         let (rest, jaw) = theta.split_last_chunk::<12>()?;
         let (activations, cranium) = rest.split_last_chunk::<12>()?;
@@ -39,7 +49,25 @@ impl Parameters {
             activations: activations.to_vec(),
             cranium: AffineMap::from_array(*cranium),
             jaw: AffineMap::from_array(*jaw),
+            controls: Vec::new(),
         })
+    }
+
+    /// (1 − t) self + t other, number by number.
+    pub(super) fn toward(&self, other: &Self, t: f64) -> Self {
+        let mix = |a: &[f64], b: &[f64]| -> Vec<f64> {
+            a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
+        };
+        let frame = |a: &AffineMap, b: &AffineMap| {
+            let (a, b) = (a.to_array(), b.to_array());
+            AffineMap::from_array(std::array::from_fn(|k| a[k] + t * (b[k] - a[k])))
+        };
+        Self {
+            activations: mix(&self.activations, &other.activations),
+            cranium: frame(&self.cranium, &other.cranium),
+            jaw: frame(&self.jaw, &other.jaw),
+            controls: mix(&self.controls, &other.controls),
+        }
     }
 }
 
@@ -52,10 +80,12 @@ pub enum Direction {
     Cranium(AffineMap),
     /// (dM_j, dt_j).
     Jaw(AffineMap),
+    /// dc of one control of the rig, in its own unit.
+    Control(usize),
 }
 
 impl Direction {
-    /// The directions of all entries of [`Parameters::to_vec`], in its order.
+    /// The directions of all entries of [`Parameters::to_vec`] without controls, in its order.
     pub fn all(muscles: usize) -> Vec<Self> {
         let units = || (0..AffineMap::PARAMETERS).map(AffineMap::unit);
         (0..muscles)

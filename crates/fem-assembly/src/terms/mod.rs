@@ -1,5 +1,6 @@
 //! The kinds of energy, one to a file; none knows of another.
 
+mod cavity;
 mod contact;
 mod elastic;
 mod fibers;
@@ -8,7 +9,10 @@ mod mean_volume;
 mod nodal_loads;
 mod obstacle;
 mod scaled;
+mod springs;
+mod surface_loads;
 
+pub use cavity::Cavity;
 pub use contact::{
     ContactPoint, FleshContact, FleshContactParams, Jet, RigidContact, RigidContactParams,
     RigidFrame, RigidSurface, SampledDistance,
@@ -18,3 +22,4 @@ pub use gravity::Gravity;
 pub use nodal_loads::NodalLoads;
 pub use obstacle::{Obstacle, Penalty};
 pub use scaled::Scaled;
+pub use springs::{Spring, Springs};

@@ -29,6 +29,11 @@ impl<const D: usize> NodalLoads<D> {
         }
     }
 
+    /// (node, force in newtons), as given or as worked out for faces.
+    pub fn into_forces(self) -> Vec<(usize, [f64; D])> {
+        self.loads
+    }
+
     fn energy_of(&self, at: Configuration<D>, stencil: usize) -> f64 {
         let (node, force) = &self.loads[stencil];
         let x = &at.positions()[*node];

@@ -7,26 +7,60 @@ use crate::term::{Stencils, Term};
 use fem_materials::HessianProjection;
 use std::ops::Range;
 
-/// A term times a control c: E = c · Eᵗ. Loads that grow, weights that are switched on.
+/// A term times a control c: E = c · Eᵗ, for loads that grow and pressures; or E = (1 + c) · Eᵗ, c being
+/// a relative change of a stiffness or a strength.
+///
+/// The term may read other controls (a muscle its activations): E is then affine in each control
+/// while the others stand still, and a column ∂²E/∂x∂c depends on the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scaled<T> {
     term: T,
     control: usize,
+    /// The factor where the control is 0.
+    neutral: f64,
 }
 
 impl<T> Scaled<T> {
-    /// Multiplies `term` by the control with this index (unitless).
+    /// Multiplies `term` by the control with this index: E = c · Eᵗ.
     ///
     /// # Errors
-    /// When the term depends on controls itself: the product would not be affine.
+    /// When the term may read this control itself: the product would not be affine in it.
     pub fn new<const D: usize>(term: T, control: usize) -> Result<Self, AssemblyError>
     where
         T: Term<D>,
     {
-        if term.controls() > 0 {
-            return Err(AssemblyError::ScaledTwice);
+        Self::around(term, control, 0.0)
+    }
+
+    /// Changes `term` by the control's share of it: E = (1 + c) · Eᵗ, c = −1 switching it off.
+    ///
+    /// # Errors
+    /// As [`Scaled::new`].
+    pub fn changed_by<const D: usize>(term: T, control: usize) -> Result<Self, AssemblyError>
+    where
+        T: Term<D>,
+    {
+        Self::around(term, control, 1.0)
+    }
+
+    fn around<const D: usize>(term: T, control: usize, neutral: f64) -> Result<Self, AssemblyError>
+    where
+        T: Term<D>,
+    {
+        if let Some(read) = term.controls().checked_sub(1)
+            && control <= read
+        {
+            return Err(AssemblyError::ScaledTwice { read, control });
         }
-        Ok(Self { term, control })
+        Ok(Self {
+            term,
+            control,
+            neutral,
+        })
+    }
+
+    fn factor<const D: usize>(&self, at: Configuration<D>) -> f64 {
+        self.neutral + at.controls()[self.control]
     }
 }
 
@@ -35,11 +69,11 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
         self.term.stencils()
     }
     fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink) {
-        let factor = at.controls()[self.control];
+        let factor = self.factor(at);
         self.term.energy(at, stencils, &mut sink.scaled(factor));
     }
     fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>) {
-        let factor = at.controls()[self.control];
+        let factor = self.factor(at);
         self.term.gradient(at, stencils, &mut sink.scaled(factor));
     }
     /// For c < 0 the projections of cH follow from those of H: |cH| = |c| |H|, and what is positive
@@ -51,7 +85,7 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
         stencils: Range<usize>,
         sink: &mut HessianSink<D>,
     ) {
-        let factor = at.controls()[self.control];
+        let factor = self.factor(at);
         let mut add = |projection, factor| {
             let mut sink = sink.scaled(factor);
             self.term
@@ -74,7 +108,7 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
         stencils: Range<usize>,
         sink: &mut GradientSink<D>,
     ) {
-        let factor = at.controls()[self.control];
+        let factor = self.factor(at);
         let mut sink = sink.scaled(factor);
         self.term
             .hessian_vector(at, displacement, stencils, &mut sink);
@@ -91,6 +125,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     ) {
         if control == self.control {
             self.term.gradient(at, stencils, sink);
+        } else if control < self.term.controls() {
+            let mut sink = sink.scaled(self.factor(at));
+            self.term.control_gradient(at, control, stencils, &mut sink);
         }
     }
     fn largest_step(

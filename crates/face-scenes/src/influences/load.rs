@@ -1,0 +1,352 @@
+//! From a scene file to its influences, with every inconsistency an error that says where.
+
+use super::places::Body;
+use super::spec::{
+    CavitySpec, ClosureSpec, LoadSpec, MotionSpec, PlaceSpec, StiffnessSpec, StrengthSpec,
+};
+use super::{Influence, InfluenceKind};
+use crate::load::Place;
+use crate::names::hint;
+use crate::{Region, SceneError, SceneFile};
+use face_rig::anatomy::{Bone, Bones, Muscle};
+use fem_assembly::mesh::{MeshFile, SimplexMesh};
+use fem_assembly::{AssemblyError, Cavity, NodalLoads};
+
+/// A face as far as influences ask for it.
+pub(crate) struct Ground<'a> {
+    pub mesh: &'a SimplexMesh<3>,
+    pub bones: &'a Bones,
+    pub muscles: &'a [Muscle],
+    pub regions: &'a [Region],
+    pub region_of_tet: &'a [u32],
+}
+
+pub(crate) fn load(
+    place: &Place,
+    scene: &SceneFile,
+    ground: &Ground,
+    file: Option<&MeshFile>,
+) -> Result<Vec<Influence>, SceneError> {
+    let reader = Reader {
+        body: Body {
+            place,
+            mesh: ground.mesh,
+            file,
+            regions: ground.regions,
+            region_of_tet: ground.region_of_tet,
+        },
+        ground,
+    };
+    let mut all = Vec::new();
+    for (k, spec) in scene.loads.iter().enumerate() {
+        all.push((
+            format!("loads[{k}]"),
+            reader.a_load(&format!("loads[{k}]"), spec)?,
+        ));
+    }
+    for (k, spec) in scene.cavities.iter().enumerate() {
+        let field = format!("cavities[{k}]");
+        let cavity = reader.a_cavity(&field, spec)?;
+        all.push((field, cavity));
+    }
+    for (k, spec) in scene.motions.iter().enumerate() {
+        let field = format!("motions[{k}]");
+        let motion = reader.a_motion(&field, spec)?;
+        all.push((field, motion));
+    }
+    for (k, spec) in scene.strengths.iter().enumerate() {
+        let field = format!("strengths[{k}]");
+        let strength = reader.a_strength(&field, spec)?;
+        all.push((field, strength));
+    }
+    for (k, spec) in scene.stiffnesses.iter().enumerate() {
+        let field = format!("stiffnesses[{k}]");
+        let stiffness = reader.a_stiffness(&field, spec)?;
+        all.push((field, stiffness));
+    }
+    check_all(place, &all)?;
+    Ok(all.into_iter().map(|(_, influence)| influence).collect())
+}
+
+/// Names are unique, ranges are ranges, and no muscle, region or coordinate is changed twice.
+fn check_all(place: &Place, all: &[(String, Influence)]) -> Result<(), SceneError> {
+    for (k, (field, influence)) in all.iter().enumerate() {
+        let name = &influence.name;
+        let named_before = all[..k].iter().any(|(_, other)| other.name == *name);
+        if name.is_empty() || name.contains('=') || named_before {
+            let reason = format!("\"{name}\": names are unique, not empty and without \"=\"");
+            return Err(place.field(format!("{field}.name"), reason));
+        }
+        let neutral = influence.neutral;
+        if let Some([low, high]) = influence.range
+            && !(low < high && (high - low).is_finite() && low <= neutral && neutral <= high)
+        {
+            let reason = format!(
+                "[{low}, {high}] must be two finite numbers, the lower first, around {neutral}"
+            );
+            return Err(place.field(format!("{field}.range"), reason));
+        }
+        if !neutral.is_finite() {
+            return Err(place.field(field.as_str(), format!("{neutral} is not finite")));
+        }
+        let twice = all[..k].iter().find(|(_, other)| overlap(other, influence));
+        if let Some((first, _)) = twice {
+            let reason = format!("changes what {first} changes already; give one of them");
+            return Err(place.field(field.as_str(), reason));
+        }
+    }
+    Ok(())
+}
+
+fn overlap(a: &Influence, b: &Influence) -> bool {
+    match (&a.kind, &b.kind) {
+        (
+            InfluenceKind::Strength { muscles },
+            InfluenceKind::Strength {
+                muscles: others, ..
+            },
+        ) => muscles.iter().any(|m| others.contains(m)),
+        (InfluenceKind::Stiffness { region }, InfluenceKind::Stiffness { region: other }) => {
+            region == other
+        }
+        _ => false,
+    }
+}
+
+/// A factor is 1, or where it may vary 0 or what is nearest to it.
+fn factor(range: Option<[f64; 2]>) -> f64 {
+    range.map_or(1.0, |[low, high]| 0.0_f64.max(low).min(high))
+}
+
+struct Reader<'a> {
+    body: Body<'a>,
+    ground: &'a Ground<'a>,
+}
+
+impl Reader<'_> {
+    fn a_load(&self, field: &str, spec: &LoadSpec) -> Result<Influence, SceneError> {
+        let rest = self.ground.mesh.nodes();
+        let unusable = |e: AssemblyError| self.body.place.field(field, e.to_string());
+        let faces = |on: &PlaceSpec| self.body.faces(&format!("{field}.on"), on);
+        let (name, range, kind) = match spec {
+            LoadSpec::Force {
+                name,
+                at,
+                newtons,
+                range,
+            } => {
+                let nodes = self.body.nodes(&format!("{field}.at"), at)?;
+                let share = newtons.map(|f| f / nodes.len() as f64);
+                let forces = nodes.into_iter().map(|n| (n as usize, share)).collect();
+                (name, range, NodalLoads::new(forces))
+            }
+            LoadSpec::Traction {
+                name,
+                on,
+                pascals,
+                range,
+            } => (
+                name,
+                range,
+                NodalLoads::traction(rest, &faces(on)?, *pascals),
+            ),
+            LoadSpec::Pressure {
+                name,
+                on,
+                pascals,
+                range,
+            } => (
+                name,
+                range,
+                NodalLoads::pressure(rest, &faces(on)?, *pascals),
+            ),
+            LoadSpec::Gravity {
+                name,
+                density,
+                acceleration,
+                range,
+            } => return self.a_weight(field, name, *density, *acceleration, *range),
+            LoadSpec::Springs {
+                name,
+                at,
+                stiffness,
+                to,
+                range,
+            } => {
+                let nodes = self.body.nodes(&format!("{field}.at"), at)?;
+                return self.a_spring(field, name, &nodes, *stiffness, *to, *range);
+            }
+        };
+        Ok(Influence {
+            name: name.clone(),
+            neutral: factor(*range),
+            range: *range,
+            kind: InfluenceKind::Forces(kind.map_err(unusable)?.into_forces()),
+        })
+    }
+
+    fn a_weight(
+        &self,
+        field: &str,
+        name: &str,
+        density: f64,
+        acceleration: [f64; 3],
+        range: Option<[f64; 2]>,
+    ) -> Result<Influence, SceneError> {
+        if !(density > 0.0 && density.is_finite() && acceleration.iter().all(|g| g.is_finite())) {
+            let reason = "the density must be above 0, and all numbers finite";
+            return Err(self.body.place.field(field, reason));
+        }
+        Ok(Influence {
+            name: name.into(),
+            neutral: factor(range),
+            range,
+            kind: InfluenceKind::Gravity {
+                density,
+                acceleration,
+            },
+        })
+    }
+
+    fn a_spring(
+        &self,
+        field: &str,
+        name: &str,
+        nodes: &[u32],
+        stiffness: f64,
+        to: Option<[f64; 3]>,
+        range: Option<[f64; 2]>,
+    ) -> Result<Influence, SceneError> {
+        let scale = self.body.place.scale;
+        let to = to.map(|p| p.map(|c| c * scale));
+        let finite = to.is_none_or(|p| p.iter().all(|c| c.is_finite()));
+        if !(stiffness >= 0.0 && stiffness.is_finite() && finite) {
+            let reason = "the stiffness must be 0 or more, and all numbers finite";
+            return Err(self.body.place.field(field, reason));
+        }
+        let end = |&n: &u32| (n as usize, to.unwrap_or_else(|| self.ground.mesh.node(n)));
+        Ok(Influence {
+            name: name.into(),
+            neutral: factor(range),
+            range,
+            kind: InfluenceKind::Springs {
+                ends: nodes.iter().map(end).collect(),
+                stiffness,
+            },
+        })
+    }
+
+    fn a_cavity(&self, field: &str, spec: &CavitySpec) -> Result<Influence, SceneError> {
+        let place = self.body.place;
+        let unusable = |e: AssemblyError| place.field(format!("{field}.faces"), e.to_string());
+        let faces = Cavity::turned(self.body.faces(&format!("{field}.faces"), &spec.faces)?);
+        let on_bone = |n: u32| self.ground.bones.of_node()[n as usize] != Bone::Free;
+        let (cavity, apex) = match spec.closed_by {
+            ClosureSpec::Fan => (Cavity::capped(faces, 1.0, on_bone), None),
+            ClosureSpec::Nothing => (Cavity::closed(faces, 1.0), None),
+            ClosureSpec::Point(point) => {
+                let apex = point.map(|c| c * place.scale);
+                (Cavity::about(faces, apex, 1.0), Some(apex))
+            }
+        };
+        let cavity = cavity.map_err(unusable)?;
+        if spec.range.is_none() && spec.pascals == 0.0 {
+            let reason =
+                "a pressure of 0 without a range does nothing; give \"pascals\" or \"range\"";
+            return Err(place.field(field, reason));
+        }
+        Ok(Influence {
+            name: spec.name.clone(),
+            neutral: spec.pascals,
+            range: spec.range,
+            kind: InfluenceKind::Cavity {
+                faces: cavity.faces().to_vec(),
+                apex,
+            },
+        })
+    }
+
+    fn a_motion(&self, field: &str, spec: &MotionSpec) -> Result<Influence, SceneError> {
+        let place = self.body.place;
+        let mut nodes = self.body.nodes(&format!("{field}.nodes"), &spec.nodes)?;
+        nodes.retain(|&n| self.ground.bones.of_node()[n as usize] == Bone::Free);
+        if nodes.is_empty() {
+            let reason = "all of these nodes hang on a bone and move with it";
+            return Err(place.field(format!("{field}.nodes"), reason));
+        }
+        let axis = |letter: char| "xyz".find(letter);
+        let axes: Option<Vec<usize>> = spec.axes.chars().map(axis).collect();
+        let axes = axes.filter(|axes| !axes.is_empty() && axes.is_sorted_by(|a, b| a < b));
+        let Some(axes) = axes else {
+            let reason = format!("\"{}\": some of x, y and z in this order", spec.axes);
+            return Err(place.field(format!("{field}.axes"), reason));
+        };
+        let by = spec.by.map(|d| d * place.scale);
+        if !by.iter().all(|d| d.is_finite()) {
+            return Err(place.field(format!("{field}.by"), "the numbers must be finite"));
+        }
+        let moved = nodes
+            .iter()
+            .flat_map(|&n| axes.iter().map(move |&k| (n as usize, k, by[k])));
+        Ok(Influence {
+            name: spec.name.clone(),
+            neutral: factor(spec.range),
+            range: spec.range,
+            kind: InfluenceKind::Motion(moved.collect()),
+        })
+    }
+
+    fn a_strength(&self, field: &str, spec: &StrengthSpec) -> Result<Influence, SceneError> {
+        let all = || (0..).zip(self.ground.muscles);
+        let wanted = spec.muscle.as_str();
+        let of_pair = |name: &str| matches!(name.strip_prefix(wanted), Some("_L" | "_R"));
+        let mut found: Vec<u32> = all()
+            .filter(|(_, m)| m.name == wanted)
+            .map(|m| m.0)
+            .collect();
+        if found.is_empty() {
+            found = all()
+                .filter(|(_, m)| of_pair(&m.name))
+                .map(|m| m.0)
+                .collect();
+        }
+        if found.is_empty() {
+            let hint = hint(wanted, all().map(|(_, m)| m.name.as_str()));
+            let reason = format!("there is no muscle \"{wanted}\"{hint}");
+            return Err(self.body.place.field(format!("{field}.muscle"), reason));
+        }
+        self.at_least_nothing(field, spec.change, spec.range)?;
+        Ok(Influence {
+            name: spec.name.clone(),
+            neutral: spec.change,
+            range: spec.range,
+            kind: InfluenceKind::Strength { muscles: found },
+        })
+    }
+
+    fn a_stiffness(&self, field: &str, spec: &StiffnessSpec) -> Result<Influence, SceneError> {
+        let region = self.body.region(&format!("{field}.region"), &spec.region)?;
+        self.at_least_nothing(field, spec.change, spec.range)?;
+        Ok(Influence {
+            name: spec.name.clone(),
+            neutral: spec.change,
+            range: spec.range,
+            kind: InfluenceKind::Stiffness { region },
+        })
+    }
+
+    /// What is changed by less than −1 pushes the wrong way.
+    fn at_least_nothing(
+        &self,
+        field: &str,
+        change: f64,
+        range: Option<[f64; 2]>,
+    ) -> Result<(), SceneError> {
+        let lowest = range.map_or(change, |[low, _]| low.min(change));
+        if lowest >= -1.0 {
+            return Ok(());
+        }
+        let reason = format!("a change of {lowest} is below −1, which leaves nothing");
+        Err(self.body.place.field(field, reason))
+    }
+}
