@@ -103,7 +103,7 @@ fn on_quadratic_faces<const D: usize>(
         for k in 0..if D == 2 { 1 } else { D } {
             let (a, b) = (corners[k], corners[(k + 1) % D]);
             let node = middles.get(&(a.min(b), a.max(b)));
-            let node = *node.ok_or_else(|| AssemblyError::NoSuchEdge {
+            let node = *node.ok_or(AssemblyError::NoSuchEdge {
                 nodes: [a, b],
                 face,
             })?;

@@ -310,10 +310,10 @@ impl Term<3> for RigidContact {
                     let mut block = own.scale(of_a * of_b);
                     if projection == HessianProjection::None {
                         if let Some(turned) = turned(a) {
-                            block = block - turned.scale(of_b);
+                            block -= turned.scale(of_b);
                         }
                         if let Some(turned) = turned(b) {
-                            block = block - turned.transpose().scale(of_a);
+                            block -= turned.transpose().scale(of_a);
                         }
                     }
                     sink.add(s, a, b, block.0);
