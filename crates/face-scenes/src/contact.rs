@@ -353,3 +353,96 @@ impl Solid {
         RigidContact::new(self.surface.clone(), frame, near, rest, params)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Scene, SceneError};
+
+    /// The built-in face with this field `contact`.
+    fn load(name: &str, contact: &str) -> Result<Scene, SceneError> {
+        let folder = std::env::temp_dir().join(format!("contact_{}_{name}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("scene.json");
+        let text = format!(
+            r#"{{ "face": {{ "builtin": {{ "tets": 5000 }} }}, "scale": 0.001,
+                 "material": {{ "preset": "soft_tissue" }}, "contact": {contact} }}"#
+        );
+        std::fs::write(&path, text).expect("a file");
+        let scene = Scene::load(&path);
+        std::fs::remove_dir_all(&folder).expect("the folder");
+        scene
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_named_by_its_field() {
+        for (name, contact, place) in [
+            (
+                "radius",
+                r#"{ "solids": [{ "shape": { "sphere": { "center": [0, 0, 0], "radius": -1 } } }] }"#,
+                "contact.solids[0].shape",
+            ),
+            ("pressure", r#"{ "pressure": 0 }"#, "contact.pressure"),
+            (
+                "label",
+                r#"{ "solids": [{ "shape": { "triangles": { "file": "a.vtu", "label": 1 } } }] }"#,
+                "contact.solids[0].shape.triangles",
+            ),
+            (
+                "file",
+                r#"{ "solids": [{ "shape": { "triangles": { "file": "a.vtu" } } }] }"#,
+                "a.vtu",
+            ),
+            (
+                "eyes",
+                r#"{ "solids": [{ "shape": { "eyeballs": "b.json" } }] }"#,
+                "b.json",
+            ),
+            (
+                "bone",
+                r#"{ "solids": [{ "shape": { "eyeballs": "b.json" }, "moves_with": "ear" }] }"#,
+                "moves_with",
+            ),
+        ] {
+            let error = load(name, contact).expect_err(name).to_string();
+            assert!(error.contains(place), "{name}: {error}");
+        }
+    }
+
+    /// A ball of 20 mm that the tip of the nose touches from 5 mm inside at rest: silent, but the
+    /// face may not move on into it.
+    #[test]
+    fn a_solid_of_a_scene_is_silent_at_rest_and_stiff_beyond() {
+        let contact =
+            r#"{ "solids": [{ "shape": { "sphere": { "center": [0, 0, 0], "radius": 20 } } }] }"#;
+        let mut scene = load("ball", contact).expect("a scene");
+        let points = scene.mesh.nodes();
+        let front = (0..points.len())
+            .max_by(|&a, &b| points[a][2].total_cmp(&points[b][2]))
+            .expect("a node");
+        let [x, y, z] = points[front];
+        let center = [x, y, z + 0.015];
+        scene.contact.solids[0].surface =
+            fem_assembly::RigidSurface::Implicit(fem_assembly::Obstacle::Sphere {
+                center,
+                radius: 0.02,
+            });
+        scene.contact.solids[0].bounds = [center.map(|c| c - 0.02), center.map(|c| c + 0.02)];
+        let with = scene.assembly().expect("an assembly");
+        scene.contact.solids.clear();
+        let without = scene.assembly().expect("an assembly");
+        let quiet = vec![0.0; with.controls()];
+        let difference = |by: f64| {
+            let moved: Vec<[f64; 3]> = with
+                .rest()
+                .iter()
+                .map(|p| [p[0], p[1], p[2] + by])
+                .collect();
+            let energy = |a: &fem_assembly::Assembly<3>| {
+                a.energy(a.configuration(&moved, &quiet).expect("finite"))
+            };
+            energy(&with) - energy(&without)
+        };
+        assert!(difference(0.0).abs() < 1e-12);
+        assert!(difference(0.5e-3) > 1e-6 && difference(-0.5e-3).abs() < 1e-9);
+    }
+}
