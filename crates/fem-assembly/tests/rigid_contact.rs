@@ -371,3 +371,34 @@ fn no_step_leads_through_a_thin_solid() {
     assert!(energy(-0.37) == 0.0 && energy(-0.43) > 0.0 && energy(-0.43).is_finite());
     assert_eq!(energy(-0.445), f64::INFINITY);
 }
+
+/// A pillar that stands in a cube, its triangles partly inside: what is left out leaves no gap through
+/// which inside and outside run together.
+#[test]
+fn parts_that_overlap_are_one_solid() {
+    let cube = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
+    let pillar = kuhn_grid(1, 1, 1, [0.4, 0.4, 1.4]).unwrap();
+    let stands = pillar
+        .nodes()
+        .iter()
+        .map(|p| [0.3 + p[0], 0.3 + p[1], 0.1 + p[2]]);
+    let points: Vec<Point> = cube.nodes().iter().copied().chain(stands).collect();
+    let first = cube.num_nodes() as u32;
+    let above = pillar
+        .boundary()
+        .faces
+        .into_iter()
+        .map(|t| t.map(|n| n + first));
+    let triangles: Vec<_> = cube.boundary().faces.into_iter().chain(above).collect();
+    let phi = SampledDistance::new(&points, &triangles, 0.05, 0.3).unwrap();
+    for (p, distance) in [
+        ([0.5, 0.5, 1.3], -0.2),
+        ([0.5, 0.5, 1.6], 0.1),
+        ([0.9, 0.5, 1.15], 0.15),
+        ([0.6, 0.5, 1.2], -0.1),
+        ([0.9, 0.5, 0.5], -0.1),
+    ] {
+        let found = phi.value(p).unwrap();
+        assert!((found - distance).abs() < 0.02, "{p:?}: {found}");
+    }
+}

@@ -121,7 +121,10 @@ impl SampledDistance {
         let count: usize = self.size.iter().product();
         let distance = |k: usize| outer.distance(self.node(k));
         let distances: Vec<f64> = map((0..count).collect(), distance);
-        let groups = self.groups(&distances);
+        // What is left out may leave gaps: sides are told apart by all triangles.
+        let to_any = |k: usize| whole.distance(self.node(k));
+        let to_any: Vec<f64> = map((0..count).collect(), to_any);
+        let groups = self.groups(&to_any);
         let inside = |k: usize| groups[k] == k as u32 && whole.winding(self.node(k)) > 0.5;
         let inside: Vec<bool> = map((0..count).collect(), inside);
         let signed = |(d, group): (&f64, &u32)| if inside[*group as usize] { -d } else { *d };

@@ -83,8 +83,12 @@ impl Solid {
             let normal = cross(sub(*b, *a), sub(*c, *a));
             let out = scale(normal, beside / norm(normal));
             let center = scale(add(*a, add(*b, *c)), 1.0 / 3.0);
+            // Part of a triangle may be outside: its corners are looked at, too.
+            let nearly = |p: Point| add(scale(p, 0.95), scale(center, 0.05));
+            let places = [center, nearly(*a), nearly(*b), nearly(*c)];
             // Triangles without area have no sides.
-            !(self.winding(add(center, out)) > 0.5)
+            let buried = |p: &Point| self.winding(add(*p, out)) > 0.5;
+            !places.iter().all(buried)
         };
         let kept: Vec<bool> = map(self.corners.iter().collect(), seen);
         let pairs = self.corners.iter().zip(kept);
