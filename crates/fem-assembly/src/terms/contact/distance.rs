@@ -9,6 +9,10 @@ use fem_solvers::parallel::map;
 /// Samples that fit in memory with ease: 0.5 GB.
 const MOST_SAMPLES: f64 = 6.4e7;
 
+/// Neighbors on both sides of a face at right angles to the grid have distances that add up to the
+/// spacing but for rounding.
+const ROUNDED: f64 = 1.001;
+
 /// φ of a solid with a surface of triangles, meters, negative inside.
 ///
 /// The exact distance at the nodes of a grid becomes the coefficients of a tricubic B-spline by the
@@ -146,7 +150,7 @@ impl SampledDistance {
         for k in 0..distances.len() {
             let before = [(k / (y * z), y * z), (k / z % y, z), (k % z, 1)];
             for (_, stride) in before.into_iter().filter(|(place, _)| *place > 0) {
-                if distances[k] + distances[k - stride] > self.spacing {
+                if distances[k] + distances[k - stride] > ROUNDED * self.spacing {
                     let a = root(&mut parents, k as u32);
                     let b = root(&mut parents, (k - stride) as u32);
                     parents[a.max(b) as usize] = a.min(b);
