@@ -1,14 +1,14 @@
 //! x(θ): the equilibrium shape of a pose.
 
-use super::error::RigError;
+use super::error::{PartError, RigError};
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
 use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic};
 use fem_solvers::{
-    CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton, NewtonError,
-    NewtonFailure, NewtonParams, Path, ProjectionPolicy, follow_path,
+    CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton, NewtonParams,
+    Path, ProjectionPolicy, follow_path,
 };
 use std::time::Duration;
 
@@ -110,7 +110,8 @@ impl Rig {
     /// Takes an assembly whose prescribed nodes are those of cranium and jaw; `jaw` lists the latter.
     ///
     /// # Errors
-    /// When a jaw node is not among the prescribed ones.
+    /// When a jaw node is not among the prescribed ones; [`RigError::Free`] when nothing holds a part of
+    /// the flesh.
     pub fn new(assembly: Assembly<3>, jaw: &[usize], params: RigParams) -> Result<Self, RigError> {
         let expected = assembly.rest().len();
         for &node in jaw {
@@ -120,6 +121,10 @@ impl Rig {
         }
         let parameters = Parameters::rest(assembly.controls());
         let rest = assembly.rest().to_vec();
+        let at_rest = assembly.configuration(&rest, &parameters.activations)?;
+        if let Some(part) = assembly.free_motions(at_rest).into_iter().next() {
+            return Err(RigError::Free(part));
+        }
         let newton = Newton::new(&Quasistatic::new(
             &assembly,
             rest.clone(),
@@ -225,6 +230,7 @@ impl Rig {
                     percent: 100.0 * reached,
                     steps: info.steps,
                     element: self.inverted_element(&state, &pose),
+                    last: Box::new(state),
                     source: Box::new(source),
                 })
             }
@@ -305,7 +311,7 @@ impl Rig {
         &mut self,
         guess: Vec<[f64; 3]>,
         pose: &Parameters,
-    ) -> Result<Vec<[f64; 3]>, NewtonError> {
+    ) -> Result<Vec<[f64; 3]>, PartError> {
         let Self {
             assembly,
             newton,
@@ -313,8 +319,7 @@ impl Rig {
             work,
             ..
         } = self;
-        let problem = Quasistatic::new(assembly, guess, pose.activations.clone())
-            .map_err(|_| outside_domain())?;
+        let problem = Quasistatic::new(assembly, guess, pose.activations.clone())?;
         let mut x = problem.unknowns();
         let info = newton.solve(&problem, &mut x, &params.newton)?;
         work.equilibria += 1;
@@ -323,18 +328,11 @@ impl Rig {
         Ok(problem.positions(&x))
     }
 
-    fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> String {
+    fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> Option<usize> {
         let mut z = from.in_cranium_frame.clone();
         self.place_bones(&mut z, &pose.jaw);
         let at = self.assembly.configuration(&z, &pose.activations);
-        match at
-            .map(|at| self.assembly.element_outside_domain(at))
-            .ok()
-            .flatten()
-        {
-            Some(e) => format!(", element {e} would be turned inside out by moving the bones"),
-            None => String::new(),
-        }
+        self.assembly.element_outside_domain(at.ok()?)
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), RigError> {
@@ -371,7 +369,7 @@ impl Walk<'_> {
 
 impl Path for Walk<'_> {
     type State = Equilibrium;
-    type Error = NewtonError;
+    type Error = PartError;
 
     fn predict(&mut self, state: &mut Equilibrium, _: f64, to: f64) {
         let pose = self.pose(to);
@@ -379,22 +377,10 @@ impl Path for Walk<'_> {
         state.parameters = pose;
     }
 
-    fn correct(&mut self, _: f64, state: &mut Equilibrium) -> Result<(), NewtonError> {
+    fn correct(&mut self, _: f64, state: &mut Equilibrium) -> Result<(), PartError> {
         let guess = std::mem::take(&mut state.in_cranium_frame);
         state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
         Ok(())
-    }
-}
-
-/// A guess with numbers that are not finite counts as one outside the domain.
-fn outside_domain() -> NewtonError {
-    let energy = f64::INFINITY;
-    let reason = NewtonFailure::OutsideDomain { energy };
-    NewtonError {
-        iteration: 0,
-        energy,
-        gradient_norm: f64::INFINITY,
-        reason,
     }
 }
 

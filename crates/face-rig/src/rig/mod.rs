@@ -8,7 +8,7 @@ mod parameters;
 
 pub use crate::anatomy::AffineMap;
 pub use equilibrium::{Equilibrium, Rig, RigParams, Work};
-pub use error::RigError;
+pub use error::{PartError, RigError};
 pub use jacobian::{JacobianRoute, Sensitivity};
 pub use observation::{AllNodes, CarriedPoint, CarriedPoints, Observation};
 pub use parameters::{Direction, Parameters};
