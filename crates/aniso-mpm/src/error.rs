@@ -1,5 +1,6 @@
 //! What can go wrong, where, and what to do about it.
 
+use fem_solvers::{NewtonError, PcgError};
 use thiserror::Error;
 
 /// Why a simulation or an augmentation gave no result. The last good state is kept.
@@ -75,12 +76,12 @@ pub enum MpmError {
         limit: usize,
     },
     /// A linear solve failed.
-    #[error("{system}: {message}")]
+    #[error("{system}: {source}")]
     Solve {
         /// Which system.
         system: &'static str,
         /// What the solver said.
-        message: String,
+        source: SolveError,
     },
     /// Newton's method ended before its tolerance.
     #[error(
@@ -99,6 +100,39 @@ pub enum MpmError {
         tolerance: f64,
         /// The unknowns after the last step taken.
         last: Vec<f64>,
+    },
+}
+
+/// What a solver said.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// Newton's method failed other than by not converging.
+    #[error(transparent)]
+    Newton(#[from] NewtonError),
+    /// Conjugate gradients failed.
+    #[error(transparent)]
+    Pcg(#[from] PcgError),
+    /// No point meets the constraints.
+    #[error("no point meets the constraints: {0}")]
+    Contradiction(#[source] PcgError),
+    /// Some row is not solved, however often the solution is refined.
+    #[error("the largest residual over its diagonal is {residual:e}, {tolerance:e} was asked for")]
+    Residual {
+        /// Largest residual over diagonal.
+        residual: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
+    /// Fibers are still stretched.
+    #[error(
+        "a stretch rate of {violation:e} of the initial one is left after {iterations} iterations"
+    )]
+    StretchLeft {
+        /// What is left of the largest stretch rate.
+        violation: f64,
+        /// Iterations taken.
+        iterations: usize,
     },
 }
 

@@ -266,25 +266,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         damage: &[T],
         options: &ImplicitStep,
     ) -> Result<(), MpmError> {
-        let nodes = self.field.len();
-        let mass: Vec<f64> = self.field.iter().map(|node| node[3].to_f64()).collect();
-        let target: Vec<[f64; D]> = self
-            .field
-            .iter()
-            .map(|node| core::array::from_fn(|a| node[a].to_f64()))
-            .collect();
-        let blocked = (0..nodes)
-            .map(|i| self.blocked_directions(i, &target[i], mass[i], dt))
-            .collect();
-        let potential = Potential {
-            simulation: &*self,
-            damage,
-            dt,
-            mass,
-            target,
-            blocked,
-            at: RefCell::default(),
-        };
+        let potential = self.potential(dt, damage);
         let mut v: Vec<f64> = potential.target.as_flattened().to_vec();
         let scaling = MassScaling(potential.mass.clone());
         let params = NewtonParams {
@@ -307,6 +289,29 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
             }
         }
         Ok(())
+    }
+
+    /// The potential of a step from the grid's mass and v*.
+    fn potential<'a>(&'a self, dt: f64, damage: &'a [T]) -> Potential<'a, T, M, S, D> {
+        let nodes = self.field.len();
+        let mass: Vec<f64> = self.field.iter().map(|node| node[3].to_f64()).collect();
+        let target: Vec<[f64; D]> = self
+            .field
+            .iter()
+            .map(|node| core::array::from_fn(|a| node[a].to_f64()))
+            .collect();
+        let blocked = (0..nodes)
+            .map(|i| self.blocked_directions(i, &target[i], mass[i], dt))
+            .collect();
+        Potential {
+            simulation: self,
+            damage,
+            dt,
+            mass,
+            target,
+            blocked,
+            at: RefCell::default(),
+        }
     }
 
     /// Directions that the obstacles take from a node whose velocity they have already changed.
@@ -347,7 +352,7 @@ fn failure(error: &NewtonError, change: f64, tolerance: f64, last: &[f64]) -> Mp
         _ => {
             return MpmError::Solve {
                 system: "implicit step",
-                message: error.to_string(),
+                source: error.clone().into(),
             };
         }
     };
@@ -415,3 +420,6 @@ fn same_cell<T: Float, S: Scheme, const D: usize>(x: &[T; D], h: f64) -> [f64; D
         (f64::from(base[a]) + inside) * h
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -120,7 +120,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         self.accept(dt, worst, &damage)
     }
 
-    fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
+    pub(crate) fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
         let forces = dt > 0.0;
         if forces {
             let (bodies, d) = (&self.bodies[..], Some(damage));
@@ -138,7 +138,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     }
 
     /// Momentum to velocity, gravity and obstacles.
-    fn grid_velocity(&mut self, dt: f64) {
+    pub(crate) fn grid_velocity(&mut self, dt: f64) {
         let (h, time) = (self.settings.cell_size, self.time + dt);
         let gravity: [T; D] = self.settings.gravity.map(|g| T::from_f64(g * dt));
         let (nodes, obstacles) = (&self.binning.nodes, &self.obstacles[..]);

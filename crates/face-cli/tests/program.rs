@@ -126,6 +126,12 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let results = &report["results"];
     assert_eq!(results["inverted_tets"], 0);
+    let torques = &results["jaw_torques_newton_meters"];
+    let (left, right) = (&torques["masseter_L"], &torques["masseter_R"]);
+    let (left, right) = (left.as_f64().unwrap(), right.as_f64().unwrap());
+    // An open jaw stretches its closers; the face is its own mirror image.
+    assert!(left < 0.0 && (left - right).abs() < 1e-6 * left.abs());
+    assert!(torques.get("frontalis_medial_L").is_none());
     assert!(results["largest_displacement_mm"].as_f64().unwrap() > 2.0);
     for name in [
         "pose.vtu",
@@ -150,6 +156,39 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
         before,
         "same input, same bytes"
     );
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let name = |e: std::io::Result<std::fs::DirEntry>| e.unwrap().file_name();
+    let mut names: Vec<String> = entries.map(|e| name(e).into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_folder_belongs_to_one_run_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let arguments = ["simulate", "builtin:4000", "--jaw", "1deg", "--out", "out"];
+    std::fs::create_dir(at.join("out")).unwrap();
+    let path = at.join("out/.face-rig.lock");
+    let other = std::fs::File::create(&path).unwrap();
+    other.lock().unwrap();
+    refused(at, &arguments, 4, &["out", "another run"]);
+    let forced = [&arguments[..], &["--force"]].concat();
+    refused(at, &forced, 4, &["out", "another run"]);
+    // A run that was killed leaves its file, and the system takes its lock.
+    drop(other);
+    assert!(path.exists());
+    let output = face_rig(at, &arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    assert!(!path.exists());
+    let glb_alone = ["--out", "bare", "--pictures", "none", "--write", "glb"];
+    let bare = [&arguments[..4], &glb_alone].concat();
+    assert!(face_rig(at, &bare).status.success());
+    assert_eq!(files(&at.join("bare")), ["pose.glb", "report.json"]);
 }
 
 #[test]
@@ -186,7 +225,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     let mut targets = String::from("target,landmark,ict_vertex,x,y,z,weight\n");
     for (name, slide) in [("frame 1", 1e-3), ("frame 2", 2e-3)] {
         for l in &face.landmarks {
-            let rest = l.point.rest_position(&face.mesh);
+            let rest = l.point.position(face.mesh.nodes());
             let [x, y, z] =
                 ["x", "y", "z"].map(|axis| slide * follow(&format!("{},{axis}", l.index)));
             let (x, y, z) = (rest[0] + x, rest[1] + y, rest[2] + z);
@@ -201,6 +240,8 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         "--targets",
         "sequence.csv",
         "--warm-start",
+        "--jaw-weight",
+        "0",
         "--json",
     ];
     let fit = face_rig(at, &arguments);
@@ -216,7 +257,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         .iter()
         .enumerate()
     {
-        let slide = frame["jaw_slide_mm"][0].as_f64().unwrap();
+        let slide = frame["jaw_pose"]["lateral_mm"].as_f64().unwrap();
         assert!(
             (slide - (k + 1) as f64).abs() < 0.1,
             "frame {k}: {slide} mm"
@@ -226,6 +267,44 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         assert_eq!(frame["inverted_tets"], 0);
         assert!(at.join(format!("out/frame {}.vtu", k + 1)).is_file());
     }
+    let phases = report["phase_seconds"].as_object().unwrap();
+    let sum: f64 = phases.values().map(|s| s.as_f64().unwrap()).sum();
+    assert!((sum - report["seconds"].as_f64().unwrap()).abs() < 1e-9);
+    assert!(phases["other"].as_f64().unwrap() >= 0.0);
+
+    // One sheet for both; each on its own if asked for; nothing if not.
+    let again = |out: &str, options: &[&str]| {
+        let one_step = ["--max-iterations", "1", "--out", out];
+        let arguments = [&arguments[..], &one_step[..], options].concat();
+        face_rig(at, &arguments);
+        files(&at.join(out))
+    };
+    let sheet = ["convergence.svg", "fits.png"];
+    let png = ["frame 1.png", "frame 2.png"];
+    let report = ["report.json"];
+    let has = |names: &[String], some: &[&str]| some.iter().all(|s| names.iter().any(|n| n == s));
+    let out = files(&at.join("out"));
+    assert!(has(&out, &sheet) && !has(&out, &png[..1]), "{out:?}");
+    let all = again("all", &["--pictures", "all", "--write", "obj"]);
+    let obj = ["frame 1.obj", "frame 2.obj"];
+    assert!(has(&all, &sheet) && has(&all, &png) && has(&all, &obj));
+    assert_eq!(all.len(), 2 + 2 + 2 + 1, "{all:?}");
+    let bare = again("bare", &["--pictures", "none", "--write", "none"]);
+    assert_eq!(bare, report);
+
+    // The jaw of frame 1 as other models have it: a hinge cannot slide, a weight holds the joint.
+    let lateral = |arguments: &[&str]| {
+        let mut all = vec!["fit", "small.json", "--targets", "sequence.csv", "--json"];
+        all.extend(["--target", "frame 1", "--force", "--out", "jaws"]);
+        all.extend(arguments);
+        let output = face_rig(at, &all);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let fit = &report["results"]["fits"][0];
+        fit["jaw_pose"]["lateral_mm"].as_f64().unwrap()
+    };
+    assert!(lateral(&["--jaw", "hinge"]).abs() < 1e-9);
+    assert!((lateral(&["--jaw", "rigid"]) - 1.0).abs() < 0.1);
+    assert!(lateral(&["--jaw", "joint", "--jaw-weight", "1e6"]).abs() < 0.05);
 
     let with = |from: &str, to: &str| std::fs::write(at.join("bad.csv"), targets.replace(from, to));
     let fit_bad = ["fit", "small.json", "--targets", "bad.csv", "--out", "bad"];
@@ -238,7 +317,7 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     );
     let mut millimeters = String::from("target,landmark,ict_vertex,x,y,z\n");
     for l in &face.landmarks {
-        let [x, y, z] = l.point.rest_position(&face.mesh).map(|v| 1e3 * v);
+        let [x, y, z] = l.point.position(face.mesh.nodes()).map(|v| 1e3 * v);
         millimeters += &format!("open,{},0,{x},{y},{z}\n", l.index);
     }
     std::fs::write(at.join("bad.csv"), millimeters).unwrap();

@@ -2,37 +2,15 @@
 
 /// A color map over `[0, 1]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ColorMap {
-    /// Dark violet over green to yellow, with lightness rising evenly.
+    /// Dark violet over green to yellow, with lightness rising evenly: viridis.
     Violet,
-    /// Blue over light gray to red, for signed values.
+    /// Blue over near white to red, for signed values: ColorBrewer's RdBu.
     Diverging,
-    /// White over orange to dark red, for densities and weights.
+    /// White over orange to dark red, for densities and weights: ColorBrewer's OrRd.
     Heat,
 }
-
-/// Anchor colors in CIE Lab. `Violet` goes through the corner hues of the well-known viridis map
-/// (S. van der Walt, N. Smith, 2015) with lightness made exactly linear.
-const VIOLET: [[f64; 3]; 5] = [
-    [15.0, 36.0, -36.0],
-    [34.0, 12.0, -33.0],
-    [53.0, -28.0, -9.0],
-    [72.0, -48.0, 40.0],
-    [91.0, -10.0, 84.0],
-];
-const DIVERGING: [[f64; 3]; 5] = [
-    [32.0, 20.0, -58.0],
-    [62.0, -4.0, -36.0],
-    [92.0, 0.0, 2.0],
-    [62.0, 40.0, 30.0],
-    [32.0, 56.0, 34.0],
-];
-const HEAT: [[f64; 3]; 4] = [
-    [96.0, 0.0, 6.0],
-    [80.0, 20.0, 48.0],
-    [56.0, 54.0, 48.0],
-    [26.0, 44.0, 26.0],
-];
 
 impl ColorMap {
     /// sRGB color, each channel in `[0, 1]`; values outside `[0, 1]` are clamped and a value that
@@ -41,37 +19,14 @@ impl ColorMap {
         if value.is_nan() {
             return [0.55; 3];
         }
-        let anchors: &[[f64; 3]] = match self {
-            Self::Violet => &VIOLET,
-            Self::Diverging => &DIVERGING,
-            Self::Heat => &HEAT,
+        let color = match self {
+            Self::Violet => colorous::VIRIDIS.eval_continuous(value),
+            // The library's runs from red to blue.
+            Self::Diverging => colorous::RED_BLUE.eval_continuous(1.0 - value),
+            Self::Heat => colorous::ORANGE_RED.eval_continuous(value),
         };
-        let s = value.clamp(0.0, 1.0) * (anchors.len() - 1) as f64;
-        let i = (s as usize).min(anchors.len() - 2);
-        let f = s - i as f64;
-        lab_to_srgb([0, 1, 2].map(|k| anchors[i][k] * (1.0 - f) + anchors[i + 1][k] * f))
+        color.into_array().map(|channel| f32::from(channel) / 255.0)
     }
-}
-
-/// CIE Lab (D65) to sRGB, clamped into the gamut (IEC 61966-2-1).
-fn lab_to_srgb(lab: [f64; 3]) -> [f32; 3] {
-    let fy = (lab[0] + 16.0) / 116.0;
-    let inverse = |f: f64| {
-        if f > 6.0 / 29.0 {
-            f * f * f
-        } else {
-            3.0 * (6.0f64 / 29.0).powi(2) * (f - 4.0 / 29.0)
-        }
-    };
-    let x = 0.950_47 * inverse(fy + lab[1] / 500.0);
-    let y = inverse(fy);
-    let z = 1.088_83 * inverse(fy - lab[2] / 200.0);
-    [
-        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
-        -0.969_266_0 * x + 1.876_010_8 * y + 0.041_556_0 * z,
-        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
-    ]
-    .map(|c| to_srgb(c as f32))
 }
 
 /// Linear light to the sRGB curve, clamped to `[0, 1]`.
@@ -151,18 +106,48 @@ pub(super) fn tick_text(value: f64, span: f64) -> String {
 mod tests {
     use super::*;
 
+    /// CIE lightness of a gray of the same luminance, 0 to 100.
+    fn lightness(map: ColorMap, value: f64) -> f64 {
+        let [r, g, b] = map.color(value).map(|c| f64::from(to_linear(c)));
+        let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        116.0 * luminance.cbrt() - 16.0
+    }
+    fn hex(map: ColorMap, value: f64) -> [u8; 3] {
+        map.color(value).map(|c| (255.0 * c).round() as u8)
+    }
+
     #[test]
     fn violet_gets_lighter_evenly() {
-        let light = |c: [f32; 3]| {
-            let [r, g, b] = c.map(to_linear);
-            0.2126 * r + 0.7152 * g + 0.0722 * b
-        };
-        let l: Vec<f32> = (0..=20)
-            .map(|i| light(ColorMap::Violet.color(i as f64 / 20.0)))
+        let l: Vec<f64> = (0..=16)
+            .map(|i| lightness(ColorMap::Violet, i as f64 / 16.0))
             .collect();
-        assert!(l.windows(2).all(|w| w[1] > w[0]), "{l:?}");
-        assert_eq!(ColorMap::Violet.color(f64::NAN), [0.55; 3]);
-        assert_eq!(ColorMap::Heat.color(7.0), ColorMap::Heat.color(1.0));
+        let mean = (l[16] - l[0]) / 16.0;
+        assert!(
+            l.windows(2)
+                .all(|w| (w[1] - w[0] - mean).abs() < 0.25 * mean),
+            "{l:?}"
+        );
+        // The ends of viridis as its authors published them.
+        assert_eq!(hex(ColorMap::Violet, 0.0), [68, 1, 84]);
+        assert_eq!(hex(ColorMap::Violet, 1.0), [253, 231, 37]);
+    }
+
+    #[test]
+    fn signed_values_are_blue_and_red_around_the_lightest_and_weights_get_darker() {
+        let [low, _, blue] = ColorMap::Diverging.color(0.1);
+        let [red, _, high] = ColorMap::Diverging.color(0.9);
+        assert!(blue > low + 0.3 && red > high + 0.3);
+        let l = |map, i: i32| lightness(map, f64::from(i) / 20.0);
+        for i in 0..10 {
+            assert!(l(ColorMap::Diverging, i) < l(ColorMap::Diverging, i + 1));
+            assert!(l(ColorMap::Diverging, 20 - i) < l(ColorMap::Diverging, 19 - i));
+        }
+        assert!((0..20).all(|i| l(ColorMap::Heat, i) > l(ColorMap::Heat, i + 1)));
+        for map in [ColorMap::Violet, ColorMap::Diverging, ColorMap::Heat] {
+            assert_eq!(map.color(f64::NAN), [0.55; 3]);
+            assert_eq!(map.color(7.0), map.color(1.0));
+            assert_eq!(map.color(f64::NEG_INFINITY), map.color(0.0));
+        }
     }
 
     #[test]

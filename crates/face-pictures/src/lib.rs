@@ -46,6 +46,7 @@ pub use svg::{Axis, LinePlot, Series};
 
 /// What can be wrong with the input of a picture.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PictureError {
     /// A triangle names a point that does not exist.
     #[error("{what} {element} refers to point {point}, but there are only {count} points")]

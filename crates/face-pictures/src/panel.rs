@@ -1,6 +1,6 @@
 //! What is in one picture: surfaces, markers, lines, and how they are painted.
 
-use super::{Camera, ColorMap, PictureError, ScalarBar};
+use super::{Camera, Canvas, ColorMap, PictureError, ScalarBar};
 
 /// How a surface is colored; colors are sRGB in `[0, 1]`.
 #[derive(Clone, Copy)]
@@ -167,6 +167,7 @@ pub struct Panel<'a> {
     pub(super) segments: Vec<Segment>,
     pub(super) bar: Option<ScalarBar>,
     pub(super) occlusion: Occlusion,
+    pub(super) drawn: Option<&'a Canvas>,
 }
 
 impl<'a> Panel<'a> {
@@ -180,6 +181,16 @@ impl<'a> Panel<'a> {
             segments: Vec::new(),
             bar: None,
             occlusion: Occlusion::Faint,
+            drawn: None,
+        }
+    }
+
+    /// A picture that [`Panel::draw`] made, for sheets that share it; what else the panel is given is
+    /// not drawn.
+    pub fn drawn(title: impl Into<String>, camera: Camera, picture: &'a Canvas) -> Self {
+        Self {
+            drawn: Some(picture),
+            ..Self::new(title, camera)
         }
     }
 

@@ -6,6 +6,7 @@ use super::colormap::{tick_text, ticks};
 use super::panel::{Marker, Occlusion, Panel, Symbol};
 use super::shading::{Shaded, shade};
 use super::{PictureError, ScalarBar};
+use rayon::prelude::*;
 
 const PAPER: [f32; 3] = [1.0, 1.0, 1.0];
 const INK: [f32; 3] = [0.13, 0.14, 0.17];
@@ -47,7 +48,7 @@ impl<'a> Sheet<'a> {
         if columns == 0 {
             return Err(PictureError::EmptySheet);
         }
-        let size = (panel_width as f64 / 36.0).clamp(8.0, 15.0);
+        let size = text_size(panel_width);
         let gap = (0.9 * size).ceil() as usize;
         let line = (2.3 * size).ceil() as usize;
         let head = if self.title.is_empty() {
@@ -67,6 +68,13 @@ impl<'a> Sheet<'a> {
             1.25 * size,
             width - 2 * gap,
         );
+        let mut pictures = self
+            .rows
+            .par_iter()
+            .flat_map(|row| &row.1)
+            .map(|panel| panel.draw(panel_width, panel_height))
+            .collect::<Result<Vec<_>, _>>()?
+            .into_iter();
         let mut top = head;
         for (heading, panels) in &self.rows {
             let mut y = top;
@@ -79,11 +87,9 @@ impl<'a> Sheet<'a> {
                 let x = gap + i * (panel_width + gap);
                 let at = [x as f64, y as f64 + 1.5 * size];
                 fit_text(&mut canvas, &panel.title, at, size, panel_width);
-                canvas.paste(
-                    x,
-                    y + line,
-                    &draw_panel(panel, panel_width, panel_height, size)?,
-                );
+                if let Some(picture) = pictures.next() {
+                    canvas.paste(x, y + line, &picture);
+                }
             }
             top += row_height(heading);
         }
@@ -96,12 +102,26 @@ fn fit_text(canvas: &mut Canvas, text: &str, at: [f64; 2], size: f64, room: usiz
     canvas.text(text, at, size * (room as f64 / width).min(1.0), INK);
 }
 
-fn draw_panel(
-    panel: &Panel<'_>,
-    width: usize,
-    height: usize,
-    size: f64,
-) -> Result<Canvas, PictureError> {
+/// Height of letters beside a panel of this width, pixels.
+fn text_size(panel_width: usize) -> f64 {
+    (panel_width as f64 / 36.0).clamp(8.0, 15.0)
+}
+
+impl Panel<'_> {
+    /// The picture without its title, as a sheet shows it.
+    ///
+    /// # Errors
+    /// [`PictureError`] for bad sizes, wrong array lengths or indices.
+    pub fn draw(&self, width: usize, height: usize) -> Result<Canvas, PictureError> {
+        match self.drawn {
+            Some(picture) => Ok(picture.clone()),
+            None => draw_panel(self, width, height),
+        }
+    }
+}
+
+fn draw_panel(panel: &Panel<'_>, width: usize, height: usize) -> Result<Canvas, PictureError> {
+    let size = text_size(width);
     // The color bar has a strip of its own beside the picture.
     let strip = if panel.bar.is_some() {
         (6.8 * size) as usize

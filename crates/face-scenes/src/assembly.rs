@@ -1,14 +1,17 @@
 //! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
-use super::format::Volume;
+use super::format::{Inversion, Volume};
 use super::material::{FiberCurve, FiberStretch, NamedMaterial};
 use super::{Scene, SceneError};
+use face_rig::anatomy::FiberEntry;
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
-use fem_materials::curves::{
-    Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve, TensionCurve,
-};
+use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve};
+use fem_materials::inversion::VolumeBarrier;
 use fem_materials::registry::ModelError;
 use fem_materials::{FiberLaw, Lame, Stretch};
+
+/// The share of its volume below which an element is kept from turning inside out.
+const BARRED_BELOW: f64 = 0.2;
 
 impl Scene {
     /// The flesh as an assembly: the nodes of cranium and jaw prescribed, one activation channel per
@@ -38,26 +41,62 @@ impl Scene {
                 tets.iter().for_each(|&tet| bulk[tet] = rest);
                 let added = material.add_to(builder, &tets).map_err(in_region)?;
                 builder = added.map_err(in_mesh)?;
+                let Lame { mu, .. } = region.material.at_rest().map_err(in_region)?;
+                if self.inversion == Inversion::Barred && mu > 0.0 {
+                    let barrier = VolumeBarrier::new(BARRED_BELOW, mu);
+                    let barrier = barrier.map_err(|e| ("material", e.to_string()))?;
+                    builder = builder.region(&tets, barrier).map_err(in_mesh)?;
+                }
             }
         }
         if bulk.iter().any(|&k| k > 0.0) {
             let patches = VolumePatches::around_edges(&self.mesh);
             builder = builder.mean_volume(&patches, &bulk).map_err(in_mesh)?;
         }
+        let entries = self.fiber_field.entries();
+        let fibers = entries.iter().map(|e| self.fiber(e, e.tet as usize));
+        let builder = self.with_fibers(builder, &fibers.collect::<Vec<_>>())?;
+        builder.build().map_err(in_mesh)
+    }
+
+    /// An entry of the field as a fiber of this element.
+    pub(crate) fn fiber(&self, entry: &FiberEntry, element: usize) -> Fiber {
+        Fiber {
+            element,
+            control: entry.muscle as usize,
+            direction: entry.direction,
+            max_isometric_stress: self.fibers.sigma_max * entry.weight,
+            optimal_stretch: self.fibers.lambda_ofl,
+        }
+    }
+
+    /// Adds fibers with the scene's curve.
+    pub(crate) fn with_fibers(
+        &self,
+        builder: AssemblyBuilder<3>,
+        fibers: &[Fiber],
+    ) -> Result<AssemblyBuilder<3>, (&'static str, String)> {
         let stretch = match self.fibers.stretch {
             FiberStretch::Total => Stretch::Total,
             FiberStretch::Isochoric => Stretch::Isochoric,
         };
+        let count = self.muscles.len();
         let builder = match &self.fibers.curve {
-            FiberCurve::Physbam => self.with_fibers(builder, stretch, PhysBam::default()),
-            FiberCurve::Blemker => self.with_fibers(builder, stretch, Blemker::default()),
+            FiberCurve::Physbam => {
+                let curve = PhysBam::default();
+                builder.fibers(FiberLaw { curve, stretch }, count, fibers)
+            }
+            FiberCurve::Blemker => {
+                let curve = Blemker::default();
+                builder.fibers(FiberLaw { curve, stretch }, count, fibers)
+            }
             FiberCurve::Table { active, passive } => {
                 let curve = table(active, passive);
                 let curve = curve.map_err(|e| ("fibers.curve.table", e.to_string()))?;
-                self.with_fibers(builder, stretch, curve)
+                builder.fibers(FiberLaw { curve, stretch }, count, fibers)
             }
         };
-        builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
+        builder.map_err(|e| ("face", e.to_string()))
     }
 
     /// What the elements are made of, and the bulk modulus (Pa) that is left for the patches.
@@ -68,27 +107,6 @@ impl Scene {
             _ => None,
         };
         Ok(softer.map_or((material.clone(), 0.0), |softer| (softer, lambda - mu)))
-    }
-
-    fn with_fibers<C: TensionCurve + Clone + 'static>(
-        &self,
-        builder: AssemblyBuilder<3>,
-        stretch: Stretch,
-        curve: C,
-    ) -> Result<AssemblyBuilder<3>, AssemblyError> {
-        let fibers: Vec<Fiber> = self
-            .fiber_field
-            .entries()
-            .iter()
-            .map(|entry| Fiber {
-                element: entry.tet as usize,
-                control: entry.muscle as usize,
-                direction: entry.direction,
-                max_isometric_stress: self.fibers.sigma_max * entry.weight,
-                optimal_stretch: self.fibers.lambda_ofl,
-            })
-            .collect();
-        builder.fibers(FiberLaw { curve, stretch }, self.muscles.len(), &fibers)
     }
 }
 

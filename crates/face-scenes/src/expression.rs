@@ -2,12 +2,14 @@
 
 use super::{Scene, Target};
 use face_rig::Stopwatch;
+use face_rig::anatomy::{JOINT_NAMES, JawJoint};
 use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization};
 use face_rig::rig::{AffineMap, Rig};
 use fem_solvers::GaussNewtonFailure;
 
 /// Which points of a target are fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Observed {
     /// Its landmarks.
     #[default]
@@ -40,10 +42,10 @@ pub struct ExpressionFit {
     pub seconds: f64,
     /// Why it stopped, or why it failed.
     pub outcome: Outcome,
-    /// Angle of a hinged jaw, degrees.
-    pub jaw_degrees: Option<f64>,
-    /// Shift of a hinged jaw, millimeters.
-    pub jaw_slide_mm: Option<[f64; 3]>,
+    /// The jaw's motion in the numbers of its joint.
+    pub jaw_pose: JawPose,
+    /// Distances of the whole skin, where the target knows it.
+    pub dense: Option<DenseError>,
     /// x ↦ M_j x + t_j of the jaw, meters.
     pub jaw: AffineMap,
     /// x ↦ M_c x + t_c of the head, meters.
@@ -65,14 +67,47 @@ pub struct ExpressionFit {
     pub positions: Vec<[f64; 3]>,
 }
 
+/// A motion of the jaw in the numbers of its joint, whatever it was fitted as.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct JawPose {
+    /// Opening, degrees.
+    pub opening_degrees: f64,
+    /// Beyond what the opening brings with it, along the path of the condyles, millimeters.
+    pub protrusion_mm: f64,
+    /// Along the axis, millimeters.
+    pub lateral_mm: f64,
+    /// Degrees; positive turns the chin to the side that the axis points to.
+    pub yaw_degrees: f64,
+    /// How far the hinge's point is beside the path, millimeters; 0 for a jaw in its joint.
+    pub beside_mm: f64,
+    /// The numbers that ended on a limit of the joint, or beyond.
+    pub at_limits: Vec<&'static str>,
+    /// The largest distance of a condyle from where it truly is, millimeters, where that is known.
+    pub condyles_off_mm: Option<f64>,
+}
+
+/// Distances of the whole skin from a dense target.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct DenseError {
+    /// Root mean square at rest, millimeters.
+    pub rms_before_mm: f64,
+    /// Root mean square after the fit, millimeters.
+    pub rms_after_mm: f64,
+    /// The largest after the fit, millimeters.
+    pub largest_mm: f64,
+}
+
 /// The end of a fit.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Outcome {
     /// A stop rule was met.
     Converged(String),
     /// It was not; the best pose was kept.
     NotConverged(String),
+    /// It was met at a pose that no face can take: flesh inside out, or a jaw out of its joint.
+    Impossible(String),
 }
 
 impl ExpressionFit {
@@ -84,7 +119,7 @@ impl ExpressionFit {
             0.0
         }
     }
-    /// Was a stop rule met?
+    /// Was a stop rule met at a possible pose?
     pub fn converged(&self) -> bool {
         matches!(self.outcome, Outcome::Converged(_))
     }
@@ -133,6 +168,8 @@ pub fn fit_expression(
     } = report;
     let last = iterations.last();
     let ratios = rig.assembly().volume_ratios(&rig.solved().in_cranium_frame);
+    let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
+    let outcome = possible(outcome, &ratios, &scene.joint, &parameters.jaw);
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: goals.counted(),
@@ -142,8 +179,8 @@ pub fn fit_expression(
         iterations: last.map_or(0, |i| i.iteration),
         seconds: begin.elapsed().as_secs_f64(),
         outcome,
-        jaw_degrees: map.jaw_angle(&q).map(f64::to_degrees),
-        jaw_slide_mm: map.jaw_slide(&q).map(|slide| slide.map(|v| 1e3 * v)),
+        jaw_pose,
+        dense: dense_error(scene, target, &positions),
         jaw: parameters.jaw,
         cranium: parameters.cranium,
         smallest_ratio: ratios.iter().copied().fold(f64::INFINITY, f64::min),
@@ -152,6 +189,73 @@ pub fn fit_expression(
         history: iterations,
         q,
         positions,
+    })
+}
+
+fn jaw_pose(joint: &JawJoint, jaw: &AffineMap, truth: Option<&AffineMap>) -> JawPose {
+    let ([opening, protrusion, lateral, yaw], beside) = joint.closest(jaw);
+    JawPose {
+        opening_degrees: opening.to_degrees(),
+        protrusion_mm: 1e3 * protrusion,
+        lateral_mm: 1e3 * lateral,
+        yaw_degrees: yaw.to_degrees(),
+        beside_mm: 1e3 * beside,
+        at_limits: past_limits(joint, jaw, -LIMIT_SHARE),
+        condyles_off_mm: truth.map(|truth| 1e3 * joint.condyles_apart(jaw, truth)),
+    }
+}
+
+/// The share of a range that counts as its end.
+const LIMIT_SHARE: f64 = 1e-6;
+
+/// The numbers of a joint that lie past their limits by more than a share of the range.
+fn past_limits(joint: &JawJoint, jaw: &AffineMap, share: f64) -> Vec<&'static str> {
+    let (numbers, _) = joint.closest(jaw);
+    let all = JOINT_NAMES.into_iter().zip(numbers);
+    let all = all.zip(joint.limits().to_array());
+    let past = all.filter(|((_, number), [lower, upper])| {
+        let slack = share * (upper - lower);
+        !(lower - slack <= *number && *number <= upper + slack)
+    });
+    past.map(|((name, _), _)| name).collect()
+}
+
+/// A pose that no face can take ends no fit well.
+fn possible(outcome: Outcome, ratios: &[f64], joint: &JawJoint, jaw: &AffineMap) -> Outcome {
+    let Outcome::Converged(stop) = outcome else {
+        return outcome;
+    };
+    let mut wrong = Vec::new();
+    let inverted = ratios.iter().filter(|ratio| !(**ratio > 0.0)).count();
+    let worst = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+    if let (1.., Some((tet, ratio))) = (inverted, worst) {
+        wrong.push(format!(
+            "{inverted} tets are inside out (worst: tet {tet}, det F {ratio:.2})"
+        ));
+    }
+    for name in past_limits(joint, jaw, LIMIT_SHARE) {
+        wrong.push(format!("the jaw's {name} is beyond its limits"));
+    }
+    let beside = joint.closest(jaw).1;
+    if !(beside <= JawJoint::PLAY) {
+        let mm = 1e3 * beside;
+        wrong.push(format!(
+            "the jaw is {mm:.1} mm beside the path of its joint"
+        ));
+    }
+    match wrong.as_slice() {
+        [] => Outcome::Converged(stop),
+        wrong => Outcome::Impossible(wrong.join("; ")),
+    }
+}
+
+fn dense_error(scene: &Scene, target: &Target, x: &[[f64; 3]]) -> Option<DenseError> {
+    target.dense.as_ref()?;
+    let goals = goals(scene, target, Observed::Dense);
+    Some(DenseError {
+        rms_before_mm: 1e3 * goals.rms(scene.mesh.nodes()),
+        rms_after_mm: 1e3 * goals.rms(x),
+        largest_mm: 1e3 * goals.largest(x),
     })
 }
 
@@ -170,10 +274,76 @@ fn goals(scene: &Scene, target: &Target, seen: Observed) -> Goals {
     let dense = dense.filter(|_| seen != Observed::Landmarks);
     let dense = dense.into_iter().flat_map(|(skin, places)| {
         skin.points.iter().zip(places).map(|(point, place)| Goal {
-            point: scene.carried(point),
+            point: *point,
             position: *place,
             weight: 1.0,
         })
     });
     landmarks.chain(dense).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    fn end(ratios: &[f64], jaw: &AffineMap) -> Outcome {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        possible(Outcome::Converged("step".into()), ratios, &joint, jaw)
+    }
+
+    fn impossible(ratios: &[f64], jaw: &AffineMap, words: &str) {
+        match end(ratios, jaw) {
+            Outcome::Impossible(why) => assert!(why.contains(words), "{why}"),
+            other => panic!("{other:?} for {words}"),
+        }
+    }
+
+    #[test]
+    fn a_pose_that_no_face_can_take_is_no_good_end() {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        let at = |numbers| joint.motion(numbers).0;
+        let fine = [1.0, 0.2];
+        for numbers in [
+            [0.0; 4],
+            [0.69, 0.01, -0.005, 0.08],
+            [-0.03, -0.002, 0.0, 0.0],
+        ] {
+            let stop = Outcome::Converged("step".into());
+            assert_eq!(end(&fine, &at(numbers)), stop, "{numbers:?}");
+        }
+        let inside_out = "2 tets are inside out (worst: tet 2, det F -0.50)";
+        impossible(&[1.0, -0.1, -0.5], &AffineMap::IDENTITY, inside_out);
+        impossible(&[f64::NAN], &AffineMap::IDENTITY, "1 tets are inside out");
+        impossible(&fine, &at([0.8, 0.0, 0.0, 0.0]), "jaw's opening is beyond");
+        impossible(
+            &fine,
+            &at([0.1, 0.0, 0.006, 0.0]),
+            "jaw's lateral shift is beyond",
+        );
+        let mut up = at([0.0; 4]);
+        up.translation[1] += 0.02;
+        impossible(&fine, &up, "beside the path of its joint");
+        // What failed before stays what it was.
+        let failed = Outcome::NotConverged("steps".into());
+        let kept = possible(failed.clone(), &[-1.0], &joint, &up);
+        assert_eq!(kept, failed);
+    }
+
+    #[test]
+    fn the_jaw_is_told_in_its_own_numbers_and_compared_with_the_truth() {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        let jaw = joint.motion([0.2, 0.003, 0.005, 0.05]).0;
+        let mut truth = jaw;
+        truth.translation[2] += 0.002;
+        let told = jaw_pose(&joint, &jaw, Some(&truth));
+        assert!((told.opening_degrees - 0.2_f64.to_degrees()).abs() < 1e-12);
+        assert!((told.protrusion_mm - 3.0).abs() < 1e-12 && (told.lateral_mm - 5.0).abs() < 1e-12);
+        assert!((told.yaw_degrees - 0.05_f64.to_degrees()).abs() < 1e-12);
+        assert!(told.beside_mm < 1e-12);
+        assert_eq!(told.at_limits, ["lateral shift"]);
+        let off = told.condyles_off_mm.expect("a truth");
+        assert!((off - 2.0).abs() < 1e-12, "{off}");
+        assert_eq!(jaw_pose(&joint, &jaw, None).condyles_off_mm, None);
+    }
 }

@@ -28,9 +28,25 @@ pub struct SceneFile {
     /// Which volumes the flesh keeps; those of single elements by default.
     #[serde(default)]
     pub volume: Volume,
+    /// Whether flesh may end inside out; it may not by default.
+    #[serde(default)]
+    pub inversion: Inversion,
     /// Expressions to fit.
     #[serde(default)]
     pub targets: Option<TargetsSpec>,
+}
+
+/// Whether flesh may end inside out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Inversion {
+    /// No: a barrier acts on elements that have shrunk to a fifth of their volume
+    /// ([`fem_materials::inversion::VolumeBarrier`] with the shear modulus of the flesh).
+    #[default]
+    Barred,
+    /// Where the material lets it.
+    Allowed,
 }
 
 /// Which volumes the flesh keeps.
@@ -83,6 +99,10 @@ pub struct FilesSpec {
     pub bones: BonesSpec,
     /// The jaw's hinge.
     pub hinge: HingeSpec,
+    /// How the jaw glides and how far it goes; without it a pure rotation within the limits of an
+    /// adult joint.
+    #[serde(default)]
+    pub joint: JointSpec,
     /// The muscles.
     pub muscles: MusclesSpec,
     /// CSV `ict_vertex,tet,w0,w1,w2,w3` (or `vertex,…`): points on the mesh by number.
@@ -131,6 +151,45 @@ pub enum HingeSpec {
         /// Its direction; a positive angle opens the mouth by the right-hand rule.
         axis: [f64; 3],
     },
+}
+
+/// How the jaw glides and how far it goes, beside its hinge. Lengths are in the scene's unit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct JointSpec {
+    /// The way of the condyles; none by default.
+    pub path: Option<PathSpec>,
+    /// The limits; those of an adult joint by default.
+    pub limits: JointLimitsSpec,
+    /// The condyles, left and right, for comparisons; by default those of the hinge's file, or 5 cm
+    /// beside the hinge's point.
+    pub condyles: Option<[[f64; 3]; 2]>,
+}
+
+/// The way of the condyles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathSpec {
+    /// How far they glide while the jaw opens.
+    pub length: f64,
+    /// How much the way descends from straight forward, degrees.
+    pub inclination_deg: f64,
+    /// The opening at which it ends, degrees.
+    pub full_at_deg: f64,
+}
+
+/// Limits of a joint's numbers, `[lower, upper]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct JointLimitsSpec {
+    /// Degrees; positive opens.
+    pub opening_deg: Option<[f64; 2]>,
+    /// Along the path, beyond what the opening brings with it.
+    pub protrusion: Option<[f64; 2]>,
+    /// Along the axis.
+    pub lateral: Option<[f64; 2]>,
+    /// Degrees; positive turns the chin to the side that the axis points to.
+    pub yaw_deg: Option<[f64; 2]>,
 }
 
 /// The muscles: their names and where their fibers run.

@@ -3,9 +3,10 @@
 use super::load::{Flesh, Place};
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::BuiltinFace;
-use face_rig::anatomy::{Bones, FiberField, Muscle};
+use face_rig::anatomy::{Bones, CondylarPath, FiberField, JawJoint, JointLimits, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use fem_materials::presets::SOFT_TISSUE;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(super) fn scene(tets: usize) -> Result<Scene, SceneError> {
@@ -32,15 +33,17 @@ pub(super) fn flesh(
     let mesh = SimplexMesh::new(face.nodes, connectivity).map_err(|e| refuse(e.to_string()))?;
     let count = face.muscles.len();
     let field = FiberField::new(face.fibers, mesh.num_elements(), count);
-    let landmarks = face
-        .landmarks
-        .iter()
-        .zip(0..)
-        .map(|(l, index)| Landmark { index, point: *l });
+    let landmarks = face.landmarks.iter().zip(0..).map(|(l, index)| Landmark {
+        index,
+        vertex: index,
+        point: *l,
+    });
+    let joint = JawJoint::new(face.hinge, CondylarPath::ADULT, JointLimits::ADULT);
+    let joint = joint.map_err(|e| refuse(e.to_string()))?;
     Ok(Flesh {
         repairs: Repairs::default(),
         bones: Bones::new(face.bone),
-        hinge: face.hinge,
+        joint,
         fiber_field: field.map_err(|e| refuse(e.to_string()))?,
         muscles: face
             .muscles
@@ -49,7 +52,7 @@ pub(super) fn flesh(
             .collect(),
         regions: vec![Region::of_all(material)],
         region_of_tet: vec![0; mesh.num_elements()],
-        embedding: Vec::new(),
+        embedding: BTreeMap::new(),
         landmarks: landmarks.collect(),
         skin: Some(Skin::of_nodes(&mesh, &skin_triangles)),
         mesh,
@@ -74,7 +77,7 @@ mod tests {
         );
         let surface = scene.surface();
         let last = surface.points.len() - 1;
-        let embedded = surface.points[last].rest_position(&scene.mesh);
+        let embedded = surface.points[last].position(scene.mesh.nodes());
         assert_eq!(embedded, surface.rest[last]);
         let error = Scene::builtin(3).expect_err("too few");
         assert!(error.to_string().contains("4000 to 2000000"), "{error}");

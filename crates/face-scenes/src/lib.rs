@@ -15,7 +15,7 @@
 //! rig.solve(&pose)?;
 //!
 //! // The left corner of the mouth (landmark 54) rises, and would rise further with more tension.
-//! let corner = scene.carried_landmarks([54]).0[0];
+//! let corner = scene.landmark_points([54]).0[0];
 //! let risen = corner.position(&rig.solved().positions())[1] - corner.position(scene.mesh.nodes())[1];
 //! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])[0];
 //! assert!(risen > 0.0 && corner.position(slope)[1] > 0.0);
@@ -58,7 +58,12 @@
 //! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
 //! * `inverted`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
 //! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` (meters, whatever
-//!   `scale` says) and `hinge_axis`.
+//!   `scale` says), `hinge_axis` and, where known, `condyles_m` with `L` and `R`.
+//! * `joint`, beside `hinge`, says how the condyles glide while the jaw opens, and how far it goes:
+//!   `{ "path": { "length": 0.012, "inclination_deg": 33, "full_at_deg": 35 },
+//!   "limits": { "opening_deg": [-2, 40], "protrusion": [-0.002, 0.01], "lateral": [-0.005, 0.005],
+//!   "yaw_deg": [-5, 5] }, "condyles": [[0.05, 0, 0.02], [-0.05, 0, 0.02]] }`. Each part may be left out:
+//!   without a path the jaw turns about its hinge alone ([`JointSpec`]).
 //! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
 //!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
 //!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
@@ -71,9 +76,11 @@
 //!   `stretch`: `"total"` or `"isochoric"`.
 //! * `volume`: `"elements"` (default) or `"patches"`, for flesh near ν = 1/2 that must not lock
 //!   ([`Volume`]).
+//! * `inversion`: `"barred"` (default) or `"allowed"`, whether elements may end inside out where the
+//!   material lets them ([`Inversion`]).
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
-//! Tables are CSV with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
+//! Tables are CSV (RFC 4180, one line a row) with a header: fibers `tet,muscle,weight,fx,fy,fz` (unit vectors), embedding
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
 pub mod builtin;
@@ -90,25 +97,28 @@ mod material;
 mod muscles;
 mod names;
 mod pose;
+mod reactions;
 mod rig;
 mod table;
 mod targets;
 
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use error::SceneError;
-pub use expression::{ExpressionFit, Observed, Outcome, fit_expression};
+pub use expression::{DenseError, ExpressionFit, JawPose, Observed, Outcome, fit_expression};
 pub use format::{
-    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inverted,
-    LandmarksSpec, MusclesSpec, NamesSpec, RegionSpec, RegionsSpec, SceneFile, TargetsSpec, Volume,
+    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inversion,
+    Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, MusclesSpec, NamesSpec, PathSpec,
+    RegionSpec, RegionsSpec, SceneFile, TargetsSpec, Volume,
 };
 pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
 pub use pose::{SettingError, parse_activations, parse_angle};
 pub use rig::RigSceneError;
 
-use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
+use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, Muscle};
 use face_rig::fit::Goal;
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A face with everything known about it, as plain data; meters and pascals.
@@ -124,8 +134,8 @@ pub struct Scene {
     pub repairs: Repairs,
     /// Which nodes hang on which bone.
     pub bones: Bones,
-    /// The jaw's hinge.
-    pub hinge: JawHinge,
+    /// The jaw's joint.
+    pub joint: JawJoint,
     /// The muscles, in the order of the activations.
     pub muscles: Vec<Muscle>,
     /// Which elements they fill.
@@ -138,8 +148,10 @@ pub struct Scene {
     pub region_of_tet: Vec<u32>,
     /// Which volumes it keeps.
     pub volume: Volume,
+    /// Whether it may end inside out.
+    pub inversion: Inversion,
     /// Points on the mesh, by number.
-    pub embedding: Vec<EmbeddedPoint>,
+    pub embedding: BTreeMap<u32, EmbeddedPoint>,
     /// The landmarks, ascending by index.
     pub landmarks: Vec<Landmark>,
     /// The skin: of dense targets, or of the built-in face.
@@ -157,6 +169,8 @@ pub struct Scene {
 pub struct Landmark {
     /// Its index, 0 to 67 in Multi-PIE order.
     pub index: u32,
+    /// Its number among the points of the embedding.
+    pub vertex: u32,
     /// Where it rides.
     pub point: EmbeddedPoint,
 }
@@ -173,29 +187,17 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// A surface whose vertices are nodes of the mesh, numbered by them.
+    /// A surface whose vertices are nodes of the mesh, in their order.
     ///
     /// # Panics
-    /// If a triangle names a node that belongs to no element.
+    /// If a triangle names a node that the mesh does not have.
     pub fn of_nodes(mesh: &SimplexMesh<3>, triangles: &[[u32; 3]]) -> Self {
         let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let around = mesh.node_elements();
-        let embed = |&n: &u32| {
-            let tet = around.row(n as usize)[0];
-            let corner = mesh
-                .tet(tet as usize)
-                .map(|m| if m == n { 1.0 } else { 0.0 });
-            EmbeddedPoint {
-                id: n,
-                tet,
-                weights: corner,
-            }
-        };
         let place = |n: &u32| nodes.partition_point(|m| m < n) as u32;
         Self {
-            points: nodes.iter().map(embed).collect(),
+            points: nodes.iter().map(|&n| EmbeddedPoint::node(n)).collect(),
             rest: nodes.iter().map(|&n| mesh.node(n)).collect(),
             triangles: triangles
                 .iter()
@@ -208,6 +210,7 @@ impl Skin {
 /// What a target shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TargetKind {
     /// The same person with another expression.
     Expression,

@@ -1,13 +1,18 @@
 //! From a scene file to plain data: the flesh, its bones and what it is made of.
 
 use super::format::{
-    BonesSpec, FaceSource, FilesSpec, HingeSpec, Inverted, RegionsSpec, SceneFile, Volume,
+    BonesSpec, FaceSource, FilesSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec, JointSpec,
+    PathSpec, RegionsSpec, SceneFile, Volume,
 };
 use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
 use super::{Landmark, Scene, SceneError, Skin, generated, json, muscles, targets};
-use face_rig::anatomy::{Bone, Bones, EmbeddedPoint, FiberField, JawHinge, Muscle};
+use face_rig::anatomy::{
+    Bone, Bones, CondylarPath, EmbeddedPoint, FiberField, JawHinge, JawJoint, JointError,
+    JointLimits, Muscle,
+};
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where a scene's files are: relative to the scene file.
@@ -32,12 +37,12 @@ pub(super) struct Flesh {
     pub mesh: SimplexMesh<3>,
     pub repairs: Repairs,
     pub bones: Bones,
-    pub hinge: JawHinge,
+    pub joint: JawJoint,
     pub muscles: Vec<Muscle>,
     pub fiber_field: FiberField,
     pub regions: Vec<Region>,
     pub region_of_tet: Vec<u32>,
-    pub embedding: Vec<EmbeddedPoint>,
+    pub embedding: BTreeMap<u32, EmbeddedPoint>,
     pub landmarks: Vec<Landmark>,
     pub skin: Option<Skin>,
 }
@@ -84,6 +89,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
+    scene.inversion = file.inversion;
     scene.skin = skin.or(scene.skin);
     scene.targets = targets;
     if let Some(spec) = file.targets {
@@ -104,13 +110,14 @@ impl Flesh {
             mesh: self.mesh,
             repairs: self.repairs,
             bones: self.bones,
-            hinge: self.hinge,
+            joint: self.joint,
             muscles: self.muscles,
             fiber_field: self.fiber_field,
             fibers,
             regions: self.regions,
             region_of_tet: self.region_of_tet,
             volume: Volume::default(),
+            inversion: Inversion::default(),
             embedding: self.embedding,
             landmarks: self.landmarks,
             skin: self.skin,
@@ -130,7 +137,7 @@ fn from_files(
     let mesh_file = MeshFile::read(place.file(&files.mesh))?;
     let (mesh, repairs) = mesh(place, files, &mesh_file)?;
     let bones = bones(&mesh_file, &files.bones)?;
-    let hinge = hinge(place, &files.hinge)?;
+    let joint = joint(place, &files.hinge, &files.joint)?;
     let (muscles, fiber_field) = muscles::load(place, &files.muscles, &mesh_file, &mesh)?;
     let (regions, region_of_tet) = regions(place, region_spec, &mesh_file, material)?;
     let (embedding, landmarks) = targets::points(place, files, &mesh, &repairs)?;
@@ -138,7 +145,7 @@ fn from_files(
         mesh,
         repairs,
         bones,
-        hinge,
+        joint,
         muscles,
         fiber_field,
         regions,
@@ -210,24 +217,68 @@ fn bones(file: &MeshFile, spec: &BonesSpec) -> Result<Bones, SceneError> {
 struct HingeFile {
     hinge_point_m: [f64; 3],
     hinge_axis: [f64; 3],
+    condyles_m: Option<CondylesFile>,
+}
+#[derive(Deserialize)]
+struct CondylesFile {
+    #[serde(rename = "L")]
+    left: [f64; 3],
+    #[serde(rename = "R")]
+    right: [f64; 3],
 }
 
-/// A line is in the scene's unit; the key of a file says meters.
-fn hinge(place: &Place, spec: &HingeSpec) -> Result<JawHinge, SceneError> {
-    let (path, field, point, axis) = match spec {
+/// A line is in the scene's unit; the keys of a file say meters.
+fn joint(place: &Place, spec: &HingeSpec, joint: &JointSpec) -> Result<JawJoint, SceneError> {
+    let (path, field, point, axis, condyles) = match spec {
         HingeSpec::Line { point, axis } => (
             place.path.to_path_buf(),
             "face.files.hinge.line",
             point.map(|v| v * place.scale),
             *axis,
+            None,
         ),
         HingeSpec::File(file) => {
             let path = place.file(file);
             let read: HingeFile = json::read(&path)?;
-            (path, "hinge", read.hinge_point_m, read.hinge_axis)
+            let condyles = read.condyles_m.map(|c| [c.left, c.right]);
+            (path, "hinge", read.hinge_point_m, read.hinge_axis, condyles)
         }
     };
-    JawHinge::new(point, axis).map_err(SceneError::hinge(&path, field))
+    let hinge = JawHinge::new(point, axis).map_err(SceneError::hinge(&path, field))?;
+    let of_joint = |e: JointError| match e {
+        JointError::Upright(_) => SceneError::invalid(&path, field, e.to_string()),
+        _ => place.field("face.files.joint", e.to_string()),
+    };
+    let way = joint.path.map(|p| condylar(&p, place.scale));
+    let limits = limits(&joint.limits, place.scale);
+    let built = JawJoint::new(hinge, way.unwrap_or_default(), limits).map_err(of_joint)?;
+    let said = joint
+        .condyles
+        .map(|c| c.map(|c| c.map(|v| v * place.scale)));
+    match said.or(condyles) {
+        Some(condyles) => built.with_condyles(condyles).map_err(of_joint),
+        None => Ok(built),
+    }
+}
+
+fn condylar(spec: &PathSpec, scale: f64) -> CondylarPath {
+    CondylarPath {
+        length: spec.length * scale,
+        inclination: spec.inclination_deg.to_radians(),
+        full_at: spec.full_at_deg.to_radians(),
+    }
+}
+
+fn limits(spec: &JointLimitsSpec, scale: f64) -> JointLimits {
+    let adult = JointLimits::ADULT;
+    let angles = |said: Option<[f64; 2]>, known| said.map_or(known, |v| v.map(f64::to_radians));
+    let lengths = |said: Option<[f64; 2]>, known| said.map_or(known, |v| v.map(|v| v * scale));
+    JointLimits {
+        opening: angles(spec.opening_deg, adult.opening),
+        protrusion: lengths(spec.protrusion, adult.protrusion),
+        lateral: lengths(spec.lateral, adult.lateral),
+        yaw: angles(spec.yaw_deg, adult.yaw),
+    }
 }
 
 fn material(place: &Place, field: &str, spec: &MaterialSpec) -> Result<NamedMaterial, SceneError> {

@@ -1,9 +1,8 @@
 //! From a scene to a rig that can be posed.
 
 use super::{Scene, SceneError};
-use face_rig::anatomy::EmbeddedPoint;
 use face_rig::fit::JawModel;
-use face_rig::rig::{CarriedPoint, CarriedPoints, Rig, RigError, RigParams};
+use face_rig::rig::{EmbeddedPoints, Rig, RigError, RigParams};
 
 /// A scene that no rig can be made of.
 #[derive(Debug, thiserror::Error)]
@@ -31,23 +30,15 @@ impl Scene {
         Ok(Rig::new(self.assembly()?, &jaw, params)?)
     }
 
-    /// The jaw as an animator moves it: a turn about the scene's hinge and a shift.
-    pub fn hinged_jaw(&self) -> JawModel {
-        JawModel::Hinge(self.hinge)
+    /// The jaw in its joint: opening, protrusion, lateral shift and yaw.
+    pub fn jointed_jaw(&self) -> JawModel {
+        JawModel::Joint(self.joint)
     }
 
-    /// The landmarks at these places of [`Scene::landmarks`] as points carried by the mesh; a place
-    /// past the end is left out.
-    pub fn carried_landmarks(&self, places: impl IntoIterator<Item = usize>) -> CarriedPoints {
-        let carried = |place: usize| self.landmarks.get(place).map(|l| self.carried(&l.point));
-        CarriedPoints(places.into_iter().filter_map(carried).collect())
-    }
-
-    /// A point inside a tet as one carried by the tet's nodes.
-    pub fn carried(&self, point: &EmbeddedPoint) -> CarriedPoint {
-        CarriedPoint {
-            nodes: self.mesh.tet(point.tet as usize),
-            weights: point.weights,
-        }
+    /// The landmarks at these places of [`Scene::landmarks`], to be observed; a place past the end is
+    /// left out.
+    pub fn landmark_points(&self, places: impl IntoIterator<Item = usize>) -> EmbeddedPoints {
+        let point = |place: usize| self.landmarks.get(place).map(|l| l.point);
+        EmbeddedPoints(places.into_iter().filter_map(point).collect())
     }
 }

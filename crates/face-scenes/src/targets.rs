@@ -6,7 +6,6 @@ use super::table::Table;
 use super::{Landmark, SceneError, Skin, Target, TargetKind, json};
 use face_rig::anatomy::{AffineMap, EmbeddedPoint, TetLocator};
 use face_rig::fit::Goal;
-use face_rig::rig::CarriedPoint;
 use fem_assembly::mesh::{MeshFile, Repairs, SimplexMesh};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -22,16 +21,15 @@ pub(super) fn points(
     files: &FilesSpec,
     mesh: &SimplexMesh<3>,
     repairs: &Repairs,
-) -> Result<(Vec<EmbeddedPoint>, Vec<Landmark>), SceneError> {
+) -> Result<(BTreeMap<u32, EmbeddedPoint>, Vec<Landmark>), SceneError> {
     let diagonal = diagonal(mesh);
     let embedding = match &files.embedding {
         Some(file) => embedding(&place.file(file), mesh, repairs)?,
-        None => Vec::new(),
+        None => BTreeMap::new(),
     };
     let landmarks = match &files.landmarks {
         Some(spec) => {
-            let by_id = numbered(&embedding);
-            let known = files.embedding.is_some().then_some(&by_id);
+            let known = files.embedding.is_some().then_some(&embedding);
             landmarks(place, spec, known, mesh, TOLERANCE * diagonal)?
         }
         None => Vec::new(),
@@ -61,7 +59,7 @@ pub(super) fn load(
     spec: &TargetsSpec,
     mesh: &SimplexMesh<3>,
     landmarks: &[Landmark],
-    embedding: &[EmbeddedPoint],
+    embedding: &BTreeMap<u32, EmbeddedPoint>,
 ) -> Result<(Option<Skin>, Vec<Target>), SceneError> {
     if landmarks.is_empty() {
         let reason = "targets need landmarks; add \"landmarks\" to the face";
@@ -69,12 +67,7 @@ pub(super) fn load(
     }
     let mut targets = sparse(place, spec, landmarks, mesh, !embedding.is_empty())?;
     let skin = match &spec.dense {
-        Some(dense_spec) => Some(dense(
-            place,
-            dense_spec,
-            &numbered(embedding),
-            &mut targets,
-        )?),
+        Some(dense_spec) => Some(dense(place, dense_spec, embedding, &mut targets)?),
         None => None,
     };
     if let Some(file) = &spec.truth {
@@ -83,19 +76,15 @@ pub(super) fn load(
     Ok((skin, targets))
 }
 
-fn numbered(embedding: &[EmbeddedPoint]) -> HashMap<u32, EmbeddedPoint> {
-    embedding.iter().map(|p| (p.id, *p)).collect()
-}
-
 fn embedding(
     path: &Path,
     mesh: &SimplexMesh<3>,
     repairs: &Repairs,
-) -> Result<Vec<EmbeddedPoint>, SceneError> {
+) -> Result<BTreeMap<u32, EmbeddedPoint>, SceneError> {
     let columns = ["ict_vertex|vertex", "tet", "w0", "w1", "w2", "w3"];
     let table = Table::read(path, &columns)?;
     let mut seen = HashMap::new();
-    let mut points = Vec::new();
+    let mut points = BTreeMap::new();
     for row in table.rows() {
         let row = row?;
         let (id, tet, mut weights) = (row.index(0)?, row.index(1)?, row.numbers::<4>(2)?);
@@ -123,7 +112,8 @@ fn embedding(
             // The table was made for the file's order of the nodes.
             weights.swap(2, 3);
         }
-        points.push(EmbeddedPoint { id, tet, weights });
+        let nodes = mesh.tet(tet as usize);
+        points.insert(id, EmbeddedPoint { nodes, weights });
     }
     if points.is_empty() {
         return Err(SceneError::invalid(table.path(), "table", "it has no rows"));
@@ -177,7 +167,7 @@ fn landmark_rows(path: &Path, scale: f64) -> Result<Vec<(String, Vec<LandmarkRow
 fn landmarks(
     place: &Place,
     spec: &LandmarksSpec,
-    by_id: Option<&HashMap<u32, EmbeddedPoint>>,
+    by_id: Option<&BTreeMap<u32, EmbeddedPoint>>,
     mesh: &SimplexMesh<3>,
     tolerance: f64,
 ) -> Result<Vec<Landmark>, SceneError> {
@@ -208,7 +198,7 @@ fn landmarks(
                 let found = locator.as_ref().and_then(|l| l.locate(row.position));
                 found
                     .filter(|f| f.distance <= tolerance)
-                    .map(|f| f.embed(row.vertex))
+                    .map(|f| f.embed(mesh))
                     .ok_or_else(|| {
                         error(format!(
                             "{:?} lies outside the mesh; check units and axes",
@@ -217,7 +207,7 @@ fn landmarks(
                     })?
             }
         };
-        let embedded = point.rest_position(mesh);
+        let embedded = point.position(mesh.nodes());
         let off = distance(embedded, row.position);
         let fits = off <= tolerance;
         if !fits {
@@ -229,6 +219,7 @@ fn landmarks(
         }
         landmarks.push(Landmark {
             index: row.landmark,
+            vertex: row.vertex,
             point,
         });
     }
@@ -276,14 +267,14 @@ fn sparse(
                 );
                 return error(reason);
             };
-            let own = landmarks[k].point;
-            if has_vertices && own.id != row.vertex {
+            let own = &landmarks[k];
+            if has_vertices && own.vertex != row.vertex {
                 return error(format!(
                     "landmark {} is vertex {} of the face, not {}",
-                    row.landmark, own.id, row.vertex
+                    row.landmark, own.vertex, row.vertex
                 ));
             }
-            let off = distance(row.position, own.rest_position(mesh));
+            let off = distance(row.position, own.point.position(mesh.nodes()));
             if !(off <= size) {
                 return error(format!(
                     "landmark {} of \"{name}\" lies {off:.3} m from its place at rest, and the whole \
@@ -294,10 +285,7 @@ fn sparse(
             if !(row.weight >= 0.0) {
                 return error(format!("weight {} is not 0 or more", row.weight));
             }
-            let point = CarriedPoint {
-                nodes: mesh.tet(own.tet as usize),
-                weights: own.weights,
-            };
+            let point = own.point;
             let (position, weight) = (row.position, row.weight);
             let goal = Goal {
                 point,
@@ -337,7 +325,7 @@ fn sparse(
 fn dense(
     place: &Place,
     spec: &DenseSpec,
-    by_id: &HashMap<u32, EmbeddedPoint>,
+    by_id: &BTreeMap<u32, EmbeddedPoint>,
     targets: &mut [Target],
 ) -> Result<Skin, SceneError> {
     let path: PathBuf = place.file(&spec.file);

@@ -6,6 +6,7 @@ use fem_assembly::mesh::{DataArray, MeshFile, kuhn_grid};
 use std::fs;
 use std::path::Path;
 
+mod joint_tests;
 mod meaning_tests;
 
 /// A block of 2×3×2 boxes, 0.2 m tall: the back hangs on the cranium, the lower front on the jaw.
@@ -103,7 +104,7 @@ fn a_sound_scene_is_understood() {
     let scene = Files::new().load().expect("a sound scene");
     assert_eq!(scene.mesh.num_elements(), 72);
     assert_eq!(scene.bones.of_node()[0], Bone::Cranium);
-    assert_eq!(scene.hinge.axis(), [1.0, 0.0, 0.0]);
+    assert_eq!(scene.joint.hinge().axis(), [1.0, 0.0, 0.0]);
     assert_eq!(scene.fiber_field.of_tet(3).len(), 2);
     assert_eq!(
         scene.regions[0].material,
@@ -113,7 +114,7 @@ fn a_sound_scene_is_understood() {
     assert_eq!(indices, [0, 1]);
     let smile = scene.target("smile").expect("there");
     assert_eq!(smile.landmarks[1].position, [0.02; 3]);
-    let point = scene.carried(&scene.landmarks[1].point);
+    let point = scene.landmarks[1].point;
     assert_eq!(smile.landmarks[1].point, point);
     assert_eq!(scene.targets[1].kind, TargetKind::Identity);
     let text = scene.target("smyle").expect_err("absent").to_string();
@@ -140,7 +141,7 @@ fn scale_applies_to_every_length() {
     let scene = files.load().expect("a sound scene");
     assert_eq!(scene.name, "scene");
     assert_eq!(scene.mesh.node(1)[0], 0.4);
-    assert_eq!(scene.hinge.point(), [0.0, 0.8, 0.0]);
+    assert_eq!(scene.joint.hinge().point(), [0.0, 0.8, 0.0]);
     assert_eq!(scene.targets[0].landmarks[1].position, [0.16; 3]);
     expect(
         &check(&scene).warnings.join("\n"),
@@ -399,7 +400,7 @@ fn without_embedding_landmarks_are_located() {
     let files = Files::new();
     files.edit("scene.json", "\"embedding\": \"embedding.csv\",", "");
     let scene = files.load().expect("sound");
-    let place = scene.landmarks[1].point.rest_position(&scene.mesh);
+    let place = scene.landmarks[1].point.position(scene.mesh.nodes());
     let stated = fs::read_to_string(files.path("landmarks.csv")).expect("readable");
     let line = stated.lines().nth(1).expect("the first landmark");
     let numbers: Vec<f64> = line
@@ -538,7 +539,7 @@ fn a_scene_may_name_the_built_in_face() {
     assert_eq!(scene.landmarks.len(), 68);
     let goal = scene.targets[0].landmarks[0];
     assert_eq!(goal.position, [0.01, 0.02, 0.03]);
-    assert_eq!(goal.point, scene.carried(&scene.landmarks[48].point));
+    assert_eq!(goal.point, scene.landmarks[48].point);
     expect(
         &check(&scene).warnings.join("\n"),
         &["target smile has 1 of 68 landmarks"],
@@ -585,8 +586,9 @@ fn the_shipped_scenes_describe_the_head_data() {
             .expect("there")
             .jaw_truth
             .expect("known");
-        let (angle, slide) = scene.hinge.closest(&jaw);
-        assert!((angle.to_degrees() - 25.334).abs() < 1e-2);
-        assert!(slide.iter().all(|s| s.abs() < 1e-4));
+        let ([opening, protrusion, lateral, yaw], beside) = scene.joint.closest(&jaw);
+        assert!((opening.to_degrees() - 25.334).abs() < 1e-2);
+        let slides = [protrusion, lateral, 0.1 * yaw, beside];
+        assert!(slides.iter().all(|s| s.abs() < 1e-4));
     }
 }

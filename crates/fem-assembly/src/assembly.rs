@@ -89,6 +89,11 @@ impl<const D: usize> Assembly<D> {
         (0..self.elements.len()).map(|e| self.elements.volume(e))
     }
 
+    /// The nodes of an element.
+    pub fn nodes_of(&self, element: usize) -> &[u32] {
+        self.elements.nodes_of(element)
+    }
+
     /// det F of every element at the given positions, the least of its quadrature points; no material
     /// is evaluated.
     pub fn volume_ratios(&self, positions: &[[f64; D]]) -> Vec<f64> {
@@ -129,13 +134,22 @@ impl<const D: usize> Assembly<D> {
 
     /// The first element (in mesh order) whose energy is not finite.
     pub fn element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
-        let free = self.energies(at, &self.free_pieces);
-        let prescribed = self.energies(at, &self.prescribed_pieces);
+        let free = self.outside(&self.energies(at, &self.free_pieces));
+        let prescribed = self.prescribed_element_outside_domain(at);
+        free.into_iter().chain(prescribed).min()
+    }
+
+    /// The first element (in mesh order) without a free node whose energy is not finite: nothing that
+    /// an equilibrium could find would mend it.
+    pub fn prescribed_element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
+        self.outside(&self.energies(at, &self.prescribed_pieces))
+    }
+
+    fn outside(&self, energies: &[f64]) -> Option<usize> {
         let outside = self.summands.iter().flat_map(|summand| {
-            let (first, count) = (summand.first_energy, summand.stencils.count());
-            let (free, prescribed) = (&free[first..], &prescribed[first..]);
-            (0..count)
-                .filter(move |&s| !(free[s].is_finite() && prescribed[s].is_finite()))
+            let energies = &energies[summand.first_energy..];
+            (0..summand.stencils.count())
+                .filter(|&s| !energies[s].is_finite())
                 .filter_map(|s| summand.term.element(s))
         });
         outside.min()

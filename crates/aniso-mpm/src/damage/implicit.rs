@@ -2,7 +2,7 @@
 
 use super::grid::{DamageGrid, add_weighted, row_product};
 use super::parameters::DamageParameters;
-use crate::error::{MpmError, same_length};
+use crate::error::{MpmError, SolveError, same_length};
 use crate::float::{Float, worse};
 use crate::kernels::{Cubic, Spline, Stencil};
 use crate::window::{Gather, Node, Scatter, rows, window_start};
@@ -166,9 +166,9 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
     /// A solve that does not reach the tolerance, with what the solver said.
     pub fn solve(&self, tolerance: f64) -> Result<Vec<f64>, MpmError> {
         let n = self.diagonal.len();
-        let failed = |message: String| MpmError::Solve {
+        let failed = |source: SolveError| MpmError::Solve {
             system: "implicit damage",
-            message,
+            source,
         };
         let scale: Vec<f64> = self.diagonal.iter().map(|d| d.sqrt().recip()).collect();
         let scaled = Scaled {
@@ -205,14 +205,15 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
             };
             let mut correction = vec![0.0; n];
             pcg(&scaled, &Identity, &residual, &mut correction, &params)
-                .map_err(|error| failed(error.to_string()))?;
+                .map_err(|error| failed(error.into()))?;
             for i in 0..n {
                 d[i] += scale[i] * correction[i];
             }
         }
-        Err(failed(format!(
-            "largest residual over diagonal is {worst:e}, {tolerance:e} was asked for"
-        )))
+        Err(failed(SolveError::Residual {
+            residual: worst,
+            tolerance,
+        }))
     }
 
     /// d_p = min(1, Σ_i d_i w_ip) (alg. 10), kept between the old damage and 1.

@@ -2,7 +2,7 @@
 
 use super::matrix::ConstraintMatrix;
 use super::matrix_free::FiberGrid;
-use crate::error::MpmError;
+use crate::error::{MpmError, SolveError};
 use crate::float::worse;
 use fem_kinematics::dot;
 use fem_solvers::{LinearOperator, PcgError, PcgParams, Structure, pcg_semidefinite};
@@ -171,7 +171,7 @@ impl<'a, const D: usize> Projection<'a, D> {
                 Err(error) => {
                     return Err(MpmError::Solve {
                         system: "inextensible fibers",
-                        message: error.to_string(),
+                        source: error.into(),
                     });
                 }
             }
@@ -191,9 +191,10 @@ impl<'a, const D: usize> Projection<'a, D> {
         if !(violation <= 1e-4) {
             return Err(MpmError::Solve {
                 system: "inextensible fibers",
-                message: format!(
-                    "a stretch rate of {violation:e} of the initial one is left after {iterations} iterations"
-                ),
+                source: SolveError::StretchLeft {
+                    violation,
+                    iterations,
+                },
             });
         }
         for (&place, v) in nodes.iter().zip(v) {

@@ -27,7 +27,7 @@ mod merit;
 
 pub use direction::KktStep;
 
-use crate::error::{MpmError, positive, same_length};
+use crate::error::{MpmError, SolveError, positive, same_length};
 use direction::{KktDirection, kkt_step, nearest};
 use fem_solvers::{Newton, NewtonError, NewtonFailure, NewtonIteration, NewtonParams};
 use merit::Penalty;
@@ -107,7 +107,7 @@ impl Kkt {
         if self.constraints == Constraints::Exact {
             nearest(problem, &mut x).map_err(|error| MpmError::Solve {
                 system: SYSTEM,
-                message: format!("no point meets the constraints: {error}"),
+                source: SolveError::Contradiction(error),
             })?;
         }
         let mut iterates = Vec::new();
@@ -132,7 +132,7 @@ impl Kkt {
         self.check(problem, x)?;
         kkt_step(problem, self.constraints, x).map_err(|error| MpmError::Solve {
             system: SYSTEM,
-            message: error.to_string(),
+            source: error.into(),
         })
     }
 
@@ -196,7 +196,7 @@ impl Kkt {
             },
             _ => MpmError::Solve {
                 system: SYSTEM,
-                message: error.to_string(),
+                source: error.clone().into(),
             },
         }
     }

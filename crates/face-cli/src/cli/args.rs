@@ -32,9 +32,44 @@ pub struct OutputArgs {
     /// Write into a folder that already holds files, replacing those of the same name.
     #[arg(long, global = true)]
     pub force: bool,
+    /// Which pictures are drawn: a `sheet` (all that one pose needs, or one sheet for many targets),
+    /// `all` (also one for each target), or `none`.
+    #[arg(long, global = true, value_enum, default_value = "sheet")]
+    pub pictures: Pictures,
+    /// Which shapes are written, separated by commas.
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "vtu,obj,glb",
+        value_name = "FORMATS"
+    )]
+    pub write: Vec<Format>,
     /// Print the report as JSON instead of text.
     #[arg(long, global = true)]
     pub json: bool,
+}
+
+/// Which pictures are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Pictures {
+    None,
+    Sheet,
+    All,
+}
+
+/// A file of a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// The flesh, with displacement, det F, fiber stretch and activation.
+    Vtu,
+    /// The skin.
+    Obj,
+    /// The skin with a morph target from rest.
+    Glb,
+    /// No file.
+    None,
 }
 
 #[derive(Subcommand, Debug)]
@@ -64,10 +99,10 @@ pub struct PoseArgs {
     /// Activation of a muscle, 0 to 1; a name without _L or _R sets both sides. Repeatable.
     #[arg(long = "set", value_name = "MUSCLE=VALUE")]
     pub set: Vec<String>,
-    /// Angle of the jaw about its hinge; positive opens.
+    /// Opening of the jaw; its condyles glide along the scene's path. Positive opens.
     #[arg(long, value_name = "12deg", allow_hyphen_values = true)]
     pub jaw: Option<String>,
-    /// Shift of the jaw, millimeters: left, up, forward.
+    /// A further shift of the jaw, millimeters: left, up, forward.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub jaw_shift: Option<String>,
 }
@@ -117,8 +152,13 @@ pub enum Head {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Jaw {
     Fixed,
+    /// In its joint: opening, protrusion, lateral shift and yaw, each within its limits.
+    Joint,
+    /// About its hinge alone.
     Hinge,
+    /// A turn about any axis and a shift.
     Rigid,
+    /// The documents' twelve numbers.
     Affine,
 }
 
@@ -143,8 +183,12 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value = "fixed")]
     pub head: Head,
     /// How the jaw may move.
-    #[arg(long, value_enum, default_value = "hinge")]
+    #[arg(long, value_enum, default_value = "joint")]
     pub jaw: Jaw,
+    /// Tikhonov weight of the joint's protrusion, lateral shift and yaw, each relative to its limit,
+    /// millimeters squared: larger prefers a jaw that only opens.
+    #[arg(long, default_value_t = 300.0, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
+    pub jaw_weight: f64,
     /// Tikhonov weight of the activations, millimeters squared: larger prefers relaxed muscles.
     #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub relax: f64,

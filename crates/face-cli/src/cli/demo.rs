@@ -1,17 +1,21 @@
 //! `face-rig demo`: the whole way on the built-in face.
 
-use super::args::{DemoArgs, OutputArgs};
-use super::draw::{Fitted, Shape, convergence, expressions};
+use super::args::{DemoArgs, OutputArgs, Pictures};
+use super::draw::{Fitted, Shape, Sheets, convergence};
 use super::error::Failure;
 use super::fit::table;
 use super::output::{Output, say};
 use super::progress::bar;
-use super::source::builtin;
+use super::source::{Source, builtin};
 use face_rig::fit::{CraniumModel, FitIteration, FitParams, Goal, Parametrization};
-use face_rig::rig::{AffineMap, RigParams};
+use face_rig::rig::{EmbeddedPoints, RigParams};
 use face_scenes::builtin::BuiltinFace;
 use face_scenes::{ExpressionFit, Observed, Target, TargetKind, fit_expression, parse_activations};
 use serde_json::json;
+use std::time::Instant;
+
+/// End of the scale of distances, millimeters.
+const SCALE: f64 = 1.0;
 
 /// An expression to be made and found again: settings of both sides, and the jaw in degrees.
 const EXPRESSIONS: [(&str, &[&str], f64); 3] = [
@@ -42,12 +46,13 @@ const EXPRESSIONS: [(&str, &[&str], f64); 3] = [
     ),
 ];
 
-/// What the picture shows of one expression.
-struct Drawn {
-    fitted: Shape,
-    target: Shape,
-    seen: Vec<[f64; 3]>,
-    wanted: Vec<[f64; 3]>,
+/// An expression made and found again.
+struct Done {
+    fit: ExpressionFit,
+    /// Where the flesh was.
+    posed: Vec<[f64; 3]>,
+    /// The numbers that made it.
+    truth: Vec<f64>,
 }
 
 pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
@@ -62,15 +67,15 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let scene = &source.scene;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     progress.inc(1);
-    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+    let (muscles, jaw) = (scene.muscles.len(), scene.jointed_jaw());
     let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
     let params = FitParams {
         activation_weight: 1e-9,
         ..FitParams::default()
     };
     let rest = rig.solved().clone();
-    let landmarks = scene.carried_landmarks(0..scene.landmarks.len());
-    let mut done: Vec<(ExpressionFit, Vec<[f64; 3]>, Vec<f64>)> = Vec::new();
+    let landmarks = scene.landmark_points(0..scene.landmarks.len());
+    let mut done: Vec<Done> = Vec::new();
     for (name, settings, degrees) in EXPRESSIONS {
         progress.set_message(format!("posing: {name}"));
         let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;
@@ -116,53 +121,17 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         })?;
         out.write_shape(name, scene, &rig, &map.parameters(&fit.q), &fit.positions)?;
         progress.inc(1);
-        done.push((fit, posed, truth));
+        done.push(Done { fit, posed, truth });
     }
-    progress.set_message("drawing");
-    let at_rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
-    let drawn: Vec<Drawn> = done
-        .iter()
-        .map(|(fit, posed, truth)| {
-            let on = |x: &[[f64; 3]]| landmarks.0.iter().map(|p| p.position(x)).collect();
-            Drawn {
-                fitted: Shape::new(&source, &fit.positions, &map.parameters(&fit.q).jaw),
-                target: Shape::new(&source, posed, &map.parameters(truth).jaw),
-                seen: on(&fit.positions),
-                wanted: on(posed),
-            }
-        })
-        .collect();
-    let rows: Vec<Fitted> = done
-        .iter()
-        .zip(&drawn)
-        .map(|((fit, _, _), drawn)| Fitted {
-            heading: format!(
-                "{}: found from 68 landmarks in {} steps",
-                fit.name, fit.iterations
-            ),
-            fitted: &drawn.fitted,
-            target: Some(&drawn.target),
-            seen: &drawn.seen,
-            wanted: &drawn.wanted,
-        })
-        .collect();
-    let picture = out.path("demo.png");
-    out.phase("pictures", || {
-        expressions(
-            &picture,
-            "three expressions, made and found again",
-            &at_rest,
-            &rows,
-        )
-    })?;
-    let histories: Vec<(&str, &[FitIteration])> = done
-        .iter()
-        .map(|d| (d.0.name.as_str(), d.0.history.as_slice()))
-        .collect();
-    convergence(&out.path("convergence.svg"), &histories)?;
+    if out.pictures != Pictures::None {
+        progress.set_message("drawing");
+        let begin = Instant::now();
+        draw(&mut out, &source, &map, &landmarks, &done)?;
+        out.took("pictures", begin);
+    }
     progress.finish_and_clear();
-    let fits: Vec<ExpressionFit> = done.iter().map(|d| d.0.clone()).collect();
-    let truths: Vec<&[f64]> = done.iter().map(|d| d.2.as_slice()).collect();
+    let fits: Vec<ExpressionFit> = done.iter().map(|d| d.fit.clone()).collect();
+    let truths: Vec<&[f64]> = done.iter().map(|d| d.truth.as_slice()).collect();
     let names: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": names, "fits": fits, "truths": truths });
     let report = out.report(
@@ -187,4 +156,53 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         "look at {}; the report is report.json",
         out.folder().join("demo.png").display()
     ))
+}
+
+fn draw(
+    out: &mut Output,
+    source: &Source,
+    map: &Parametrization,
+    landmarks: &EmbeddedPoints,
+    done: &[Done],
+) -> Result<(), Failure> {
+    let sheets = Sheets::new(source, SCALE)?;
+    let on = |x: &[[f64; 3]]| {
+        landmarks
+            .0
+            .iter()
+            .map(|p| p.position(x))
+            .collect::<Vec<_>>()
+    };
+    let shape = |x: &[[f64; 3]], q: &[f64]| Shape::new(source, x, &map.parameters(q).jaw);
+    let shapes: Vec<[Shape; 2]> = done
+        .iter()
+        .map(|d| [shape(&d.fit.positions, &d.fit.q), shape(&d.posed, &d.truth)])
+        .collect();
+    let points: Vec<[Vec<[f64; 3]>; 2]> = done
+        .iter()
+        .map(|d| [on(&d.fit.positions), on(&d.posed)])
+        .collect();
+    let headings: Vec<String> = done
+        .iter()
+        .map(|Done { fit, .. }| {
+            let (name, steps) = (&fit.name, fit.iterations);
+            format!("{name}: found from 68 landmarks in {steps} steps")
+        })
+        .collect();
+    let rows: Vec<Fitted> = (0..done.len())
+        .map(|k| Fitted {
+            heading: &headings[k],
+            caption: &done[k].fit.name,
+            fitted: &shapes[k][0],
+            target: Some(&shapes[k][1]),
+            seen: &points[k][0],
+            wanted: &points[k][1],
+        })
+        .collect();
+    let title = "three expressions, made and found again";
+    sheets.rows(&out.path("demo.png"), title, &rows)?;
+    let histories = done
+        .iter()
+        .map(|d| (d.fit.name.as_str(), d.fit.history.as_slice()));
+    convergence(&out.path("convergence.svg"), histories)
 }

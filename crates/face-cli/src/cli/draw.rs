@@ -1,18 +1,23 @@
 //! Pictures of faces, built-in or from files.
 
 use super::error::Failure;
-use super::output::carry;
 use super::portrait::portrait;
+use super::shape_files::carry;
 use super::source::Source;
 use face_pictures::{
-    Axis, Camera, ColorMap, Layer, LinePlot, Paint, Panel, Portrait, ScalarBar, Series, Sheet,
+    Axis, Camera, Canvas, ColorMap, Layer, LinePlot, Paint, Panel, Portrait, ScalarBar, Series,
+    Sheet,
 };
 use face_rig::fit::FitIteration;
 use face_rig::rig::AffineMap;
 use std::path::Path;
 
 const PANEL: [usize; 2] = [480, 560];
-/// The colors of an exact fit should not show its rounding; millimeters.
+/// A panel of a row of four, and of a sheet of many.
+const ROW: [usize; 2] = [420, 490];
+const CELL: [usize; 2] = [225, 262];
+const CELLS_IN_ROW: usize = 4;
+/// The colors of a pose at rest should not show its rounding; millimeters.
 const SMALLEST_RANGE: f64 = 0.1;
 const PLAIN: [f32; 3] = [0.84, 0.69, 0.60];
 const SEEN: [f32; 3] = [0.10, 0.45, 0.80];
@@ -33,7 +38,7 @@ impl Shape {
                 .builtin
                 .as_ref()
                 .map(|face| portrait(face, positions, |p| jaw.apply(p))),
-            points: carry(&source.scene, &skin, positions),
+            points: carry(&skin, positions),
             triangles: skin.triangles,
         }
     }
@@ -63,13 +68,8 @@ impl Shape {
         title: &str,
         camera: Camera,
         values: &'a [f64],
-        label: &str,
+        largest: f64,
     ) -> Panel<'a> {
-        let largest = values
-            .iter()
-            .copied()
-            .filter(|v| v.is_finite())
-            .fold(SMALLEST_RANGE, f64::max);
         let (range, map) = ([0.0, largest], ColorMap::Violet);
         Panel::new(title, camera)
             .layer(Layer::new(
@@ -78,7 +78,7 @@ impl Shape {
                 Paint::Scalar { values, range, map },
             ))
             .bar(ScalarBar {
-                label: label.into(),
+                label: "mm".into(),
                 range,
                 map,
             })
@@ -98,6 +98,8 @@ pub fn pose(path: &Path, title: &str, rest: &Shape, posed: &Shape) -> Result<(),
     let camera = Camera::framing(&rest.points, 0.0, 0.0)?;
     let side = camera.turned(35.0, 5.0);
     let moved = apart(&posed.points, &rest.points);
+    let finite = moved.iter().copied().filter(|v| v.is_finite());
+    let largest = finite.fold(SMALLEST_RANGE, f64::max);
     let sheet = Sheet::new(title)
         .row(vec![
             rest.plain("rest", camera),
@@ -105,14 +107,17 @@ pub fn pose(path: &Path, title: &str, rest: &Shape, posed: &Shape) -> Result<(),
         ])
         .row(vec![
             posed.plain("pose, three quarters", side),
-            posed.painted("moved from rest by", camera, &moved, "mm"),
+            posed.painted("moved from rest by", camera, &moved, largest),
         ]);
     Ok(sheet.draw(PANEL[0], PANEL[1])?.save(path)?)
 }
 
 /// A fitted expression with what it should have been.
 pub struct Fitted<'a> {
-    pub heading: String,
+    /// The line above its row.
+    pub heading: &'a str,
+    /// The words above its place on a sheet of many.
+    pub caption: &'a str,
     pub fitted: &'a Shape,
     /// The whole target, where it is known.
     pub target: Option<&'a Shape>,
@@ -120,47 +125,108 @@ pub struct Fitted<'a> {
     pub wanted: &'a [[f64; 3]],
 }
 
-/// One row for each expression: rest | result | target | result colored by distance.
-pub fn expressions(path: &Path, title: &str, rest: &Shape, fits: &[Fitted]) -> Result<(), Failure> {
-    let camera = Camera::framing(&rest.points, 0.0, 0.0)?.turned(15.0, 0.0);
-    let distances: Vec<Vec<f64>> = fits
-        .iter()
-        .map(|f| apart(&f.fitted.points, &f.target.unwrap_or(rest).points))
-        .collect();
-    let mut sheet = Sheet::new(title);
-    for (fit, distance) in fits.iter().zip(&distances) {
-        let over = match fit.target {
+/// A place on a sheet of many fits: the result, and where it is how far off.
+pub struct Cell {
+    caption: String,
+    pictures: [Canvas; 2],
+}
+
+/// Pictures of fits of one face: the rest shape is drawn once, distances have one scale in all.
+pub struct Sheets {
+    rest: Shape,
+    camera: Camera,
+    /// End of the scale of distances, millimeters.
+    scale: f64,
+    at_rest: Canvas,
+}
+
+impl Sheets {
+    pub fn new(source: &Source, scale: f64) -> Result<Self, Failure> {
+        let rest = Shape::new(source, source.scene.mesh.nodes(), &AffineMap::IDENTITY);
+        let camera = Camera::framing(&rest.points, 0.0, 0.0)?.turned(15.0, 0.0);
+        let at_rest = rest.plain("rest", camera).draw(ROW[0], ROW[1])?;
+        Ok(Self {
+            rest,
+            camera,
+            scale,
+            at_rest,
+        })
+    }
+
+    /// One row for each fit: rest | result | target | result colored by distance.
+    pub fn rows(&self, path: &Path, title: &str, fits: &[Fitted]) -> Result<(), Failure> {
+        let distances: Vec<Vec<f64>> = fits.iter().map(|fit| self.distances(fit)).collect();
+        let mut sheet = Sheet::new(title);
+        for (fit, distance) in fits.iter().zip(&distances) {
+            let title = match fit.target {
+                Some(_) => "target",
+                None => "rest, wanted landmarks",
+            };
+            let target = fit.target.unwrap_or(&self.rest).plain(title, self.camera);
+            sheet = sheet.titled_row(
+                fit.heading,
+                vec![
+                    Panel::drawn("rest", self.camera, &self.at_rest),
+                    self.result(fit),
+                    target.dots(fit.wanted, WANTED, 2.5),
+                    self.off(fit, distance),
+                ],
+            );
+        }
+        Ok(sheet.draw(ROW[0], ROW[1])?.save(path)?)
+    }
+
+    /// The place of a fit on a sheet of many.
+    pub fn cell(&self, fit: &Fitted) -> Result<Cell, Failure> {
+        let distance = self.distances(fit);
+        let draw = |panel: Panel<'_>| panel.draw(CELL[0], CELL[1]);
+        Ok(Cell {
+            caption: fit.caption.to_owned(),
+            pictures: [draw(self.result(fit))?, draw(self.off(fit, &distance))?],
+        })
+    }
+
+    /// All fits on one sheet.
+    pub fn many(&self, path: &Path, title: &str, cells: &[Cell]) -> Result<(), Failure> {
+        let mut sheet = Sheet::new(title);
+        for row in cells.chunks(CELLS_IN_ROW) {
+            let panels = row.iter().flat_map(|cell| {
+                let [result, off] = &cell.pictures;
+                let title = format!("off by, up to {} mm", self.scale);
+                [
+                    Panel::drawn(cell.caption.clone(), self.camera, result),
+                    Panel::drawn(title, self.camera, off),
+                ]
+            });
+            sheet = sheet.row(panels.collect());
+        }
+        Ok(sheet.draw(CELL[0], CELL[1])?.save(path)?)
+    }
+
+    fn distances(&self, fit: &Fitted) -> Vec<f64> {
+        apart(&fit.fitted.points, &fit.target.unwrap_or(&self.rest).points)
+    }
+
+    fn result<'a>(&self, fit: &Fitted<'a>) -> Panel<'a> {
+        let panel = fit.fitted.plain("result", self.camera);
+        panel.dots(fit.seen, SEEN, 2.5)
+    }
+
+    fn off<'a>(&self, fit: &Fitted<'a>, distance: &'a [f64]) -> Panel<'a> {
+        let title = match fit.target {
             Some(_) => "result, distance to target",
             None => "result, moved from rest by",
         };
-        let target = fit
-            .target
-            .unwrap_or(rest)
-            .plain(
-                if fit.target.is_some() {
-                    "target"
-                } else {
-                    "rest, wanted landmarks"
-                },
-                camera,
-            )
-            .dots(fit.wanted, WANTED, 2.5);
-        sheet = sheet.titled_row(
-            fit.heading.clone(),
-            vec![
-                rest.plain("rest", camera),
-                fit.fitted.plain("result", camera).dots(fit.seen, SEEN, 2.5),
-                target,
-                fit.fitted.painted(over, camera, distance, "mm"),
-            ],
-        );
+        fit.fitted.painted(title, self.camera, distance, self.scale)
     }
-    Ok(sheet.draw(PANEL[0] * 7 / 8, PANEL[1] * 7 / 8)?.save(path)?)
 }
 
 /// Residual over the iterations of each fit.
-pub fn convergence(path: &Path, fits: &[(&str, &[FitIteration])]) -> Result<(), Failure> {
-    let plot = fits.iter().fold(
+pub fn convergence<'f>(
+    path: &Path,
+    fits: impl IntoIterator<Item = (&'f str, &'f [FitIteration])>,
+) -> Result<(), Failure> {
+    let plot = fits.into_iter().fold(
         LinePlot::new(
             "Convergence",
             "Gauss-Newton step",
@@ -169,7 +235,7 @@ pub fn convergence(path: &Path, fits: &[(&str, &[FitIteration])]) -> Result<(), 
         .y_axis(Axis::Log),
         |plot, (name, history)| {
             let values: Vec<f64> = history.iter().map(|i| i.rms_mm.max(1e-6)).collect();
-            plot.series(Series::counted(*name, &values))
+            plot.series(Series::counted(name, &values))
         },
     );
     Ok(plot.save(path)?)

@@ -25,6 +25,12 @@ pub enum Failure {
     )]
     OutputExists(PathBuf),
     /// Exit code 4.
+    #[error(
+        "{} is being written to by another run; wait for it, or name another folder with --out",
+        .0.display()
+    )]
+    OutputBusy(PathBuf),
+    /// Exit code 4.
     #[error("{0}")]
     Output(String),
 }
@@ -34,7 +40,7 @@ impl Failure {
         ExitCode::from(match self {
             Self::NotConverged(_) => 1,
             Self::Input(_) => 3,
-            Self::OutputExists(_) | Self::Output(_) => 4,
+            Self::OutputExists(_) | Self::OutputBusy(_) | Self::Output(_) => 4,
         })
     }
 }
@@ -63,7 +69,7 @@ failures! {
 impl From<FitError> for Failure {
     fn from(error: FitError) -> Self {
         match error {
-            FitError::Start(_) | FitError::NotConverged { .. } => {
+            FitError::Start(_) | FitError::Pose { .. } | FitError::NotConverged { .. } => {
                 Self::NotConverged(error.to_string())
             }
             _ => Self::Input(error.to_string()),

@@ -1,15 +1,18 @@
 //! `face-rig fit`.
 
-use super::args::{FitArgs, Head, Jaw, Method, OutputArgs, Points};
-use super::draw::{Fitted, Shape, convergence, expressions};
+use super::args::{FitArgs, Head, Jaw, Method, OutputArgs, Pictures, Points};
+use super::draw::convergence;
 use super::error::Failure;
+use super::gallery::{Finished, Gallery};
 use super::output::{Output, say};
 use super::progress::bar;
-use super::source::{Source, open};
+use super::shape_files::Fields;
+use super::source::open;
 use face_rig::fit::{CraniumModel, FitError, FitIteration, FitParams, JawModel, Parametrization};
-use face_rig::rig::{AffineMap, Rig, RigParams};
+use face_rig::rig::{Rig, RigParams};
 use face_scenes::{ExpressionFit, Observed, Outcome, Scene, Target, TargetKind, fit_expression};
 use fem_solvers::{Loss, StepMethod};
+use indicatif::ProgressBar;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -24,18 +27,32 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let mut out = Output::prepare(output)?;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
     let map = parametrization(scene, args);
-    let params = params(args);
-    let (fits, impossible) = fit_all(scene, &mut rig, &targets, args, &map, &params, &mut out)?;
-    let pictures = Instant::now();
-    draw(&mut out, &source, &map, &fits)?;
-    out.took("pictures", pictures);
+    let params = params(scene, args);
+    let begin = Instant::now();
+    let gallery = Gallery::new(&source, &out, targets.len())?;
+    out.took("rest picture", begin);
+    let all = Fitting {
+        scene,
+        args,
+        map: &map,
+        params: &params,
+        gallery: &gallery,
+    };
+    let (fits, impossible) = all.run(&mut rig, &targets, &mut out)?;
+    let rest = Instant::now();
+    gallery.finish(&mut out)?;
+    if out.pictures != Pictures::None {
+        let histories = fits.iter().map(|f| (f.name.as_str(), f.history.as_slice()));
+        convergence(&out.path("convergence.svg"), histories)?;
+    }
+    out.took("sheet", rest);
     let settings = json!({ "scene": args.scene, "targets": args.targets, "target": args.target,
         "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
-        "method": format!("{:?}", params.method), "relax_mm2": args.relax, "robust_mm": args.robust,
+        "method": format!("{:?}", params.method), "relax_mm2": args.relax,
+        "jaw_weight_mm2": args.jaw_weight, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start });
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
-    let fits: Vec<ExpressionFit> = fits.into_iter().map(|(_, fit)| fit).collect();
     let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
     let report = out.report("fit", settings, results)?;
     if output.json {
@@ -55,7 +72,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     match failed.as_slice() {
         [] => Ok(()),
         names => Err(Failure::NotConverged(format!(
-            "{} of {} fits did not converge: {}",
+            "{} of {} fits did not converge to a possible pose: {}",
             names.len(),
             targets.len(),
             names.join(", ")
@@ -99,22 +116,25 @@ fn parametrization(scene: &Scene, args: &FitArgs) -> Parametrization {
     };
     let jaw = match args.jaw {
         Jaw::Fixed => JawModel::Fixed,
-        Jaw::Hinge => scene.hinged_jaw(),
+        Jaw::Joint => scene.jointed_jaw(),
+        Jaw::Hinge => JawModel::Hinge(*scene.joint.hinge()),
         Jaw::Rigid => JawModel::Rigid {
-            point: scene.hinge.point(),
+            point: scene.joint.hinge().point(),
         },
         Jaw::Affine => JawModel::Affine,
     };
     Parametrization::of_all(scene.muscles.len(), cranium, jaw)
 }
 
-fn params(args: &FitArgs) -> FitParams {
+fn params(scene: &Scene, args: &FitArgs) -> FitParams {
     FitParams {
         method: match args.method {
             Method::Qr => StepMethod::Qr,
             Method::NormalEquations => StepMethod::NormalEquations,
         },
         activation_weight: 1e-6 * args.relax,
+        joint_weight: 1e-6 * args.jaw_weight,
+        jaw_angle_bounds: Some(scene.joint.limits().opening),
         loss: args
             .robust
             .map_or(Loss::Square, |mm| Loss::Huber { scale: 1e-3 * mm }),
@@ -124,105 +144,116 @@ fn params(args: &FitArgs) -> FitParams {
     }
 }
 
-/// Every fit, written as soon as it is there, and why the others could not even begin.
-type Fits<'s> = (Vec<(&'s Target, ExpressionFit)>, BTreeMap<String, String>);
+/// Every fit, and why the others could not even begin.
+type Fits = (Vec<ExpressionFit>, BTreeMap<String, String>);
 
-fn fit_all<'s>(
-    scene: &Scene,
-    rig: &mut Rig,
-    targets: &[&'s Target],
-    args: &FitArgs,
-    map: &Parametrization,
-    params: &FitParams,
-    out: &mut Output,
-) -> Result<Fits<'s>, Failure> {
-    let seen = match args.points {
-        Points::Landmarks => Observed::Landmarks,
-        Points::Dense => Observed::Dense,
-        Points::Both => Observed::Both {
-            landmark_weight: args.landmark_weight,
-        },
-    };
-    let progress = bar(targets.len(), "expression");
-    let rest = rig.solved().clone();
-    let mut start = map.rest();
-    let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
-    for &target in targets {
-        if !args.warm_start {
-            rig.start_from(rest.clone())?;
-            start = map.rest();
-        }
+/// What all fits have in common.
+struct Fitting<'a> {
+    scene: &'a Scene,
+    args: &'a FitArgs,
+    map: &'a Parametrization,
+    params: &'a FitParams,
+    gallery: &'a Gallery<'a>,
+}
+
+impl Fitting<'_> {
+    /// One fit after the other; files and pictures of one are made while the next is at work.
+    fn run(&self, rig: &mut Rig, targets: &[&Target], out: &mut Output) -> Result<Fits, Failure> {
+        let progress = bar(targets.len(), "expression");
+        let rest = rig.solved().clone();
+        let mut start = self.map.rest();
+        let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
+        let begin = Instant::now();
+        let mut fitted = begin;
+        rayon::in_place_scope(|scope| {
+            for (place, &target) in targets.iter().enumerate() {
+                if self.gallery.failed() {
+                    // A full disk, say; the gallery tells why when it is asked to finish.
+                    break;
+                }
+                if !self.args.warm_start {
+                    rig.start_from(rest.clone())?;
+                    start = self.map.rest();
+                }
+                let fit = self.fit(rig, target, &start, &progress);
+                progress.inc(1);
+                match fit {
+                    Ok(fit) => {
+                        start.clone_from(&fit.q);
+                        let finished = self.finished(place, rig, &fit, out);
+                        let gallery = self.gallery;
+                        scope.spawn(move |_| gallery.add(target, &finished));
+                        fits.push(fit);
+                    }
+                    Err(FitError::Start(why)) => {
+                        impossible.insert(target.name.clone(), why.to_string());
+                    }
+                    Err(error) => {
+                        return Err(Failure::Input(format!("target {}: {error}", target.name)));
+                    }
+                }
+            }
+            out.took("fit", begin);
+            fitted = Instant::now();
+            progress.set_message("files and pictures");
+            Ok(())
+        })?;
+        out.took("files and pictures", fitted);
+        progress.finish_and_clear();
+        Ok((fits, impossible))
+    }
+
+    fn fit(
+        &self,
+        rig: &mut Rig,
+        target: &Target,
+        start: &[f64],
+        progress: &ProgressBar,
+    ) -> Result<ExpressionFit, FitError> {
+        let seen = match self.args.points {
+            Points::Landmarks => Observed::Landmarks,
+            Points::Dense => Observed::Dense,
+            Points::Both => Observed::Both {
+                landmark_weight: self.args.landmark_weight,
+            },
+        };
         let mut observer = |i: &FitIteration| {
             progress.set_message(format!(
                 "{}: step {}, RMS {:.3} mm, {} activations at bounds",
                 target.name, i.iteration, i.rms_mm, i.activations_at_bounds
             ));
         };
-        let outcome = out.phase("fit", || {
-            fit_expression(scene, rig, target, seen, map, params, &start, &mut observer)
-        });
-        progress.inc(1);
-        match outcome {
-            Ok(fit) => {
-                let parameters = map.parameters(&fit.q);
-                out.write_shape(&fit.name, scene, rig, &parameters, &fit.positions)?;
-                start.clone_from(&fit.q);
-                fits.push((target, fit));
-            }
-            Err(FitError::Start(why)) => {
-                impossible.insert(target.name.clone(), why.to_string());
-            }
-            Err(error) => {
-                return Err(Failure::Input(format!("target {}: {error}", target.name)));
-            }
+        fit_expression(
+            self.scene,
+            rig,
+            target,
+            seen,
+            self.map,
+            self.params,
+            start,
+            &mut observer,
+        )
+    }
+
+    fn finished(&self, place: usize, rig: &Rig, fit: &ExpressionFit, out: &Output) -> Finished {
+        let parameters = self.map.parameters(&fit.q);
+        Finished {
+            place,
+            name: fit.name.clone(),
+            heading: line(fit),
+            caption: format!("{}: {:.2} mm RMS", fit.name, fit.rms_after_mm),
+            positions: fit.positions.clone(),
+            jaw: parameters.jaw,
+            fields: Fields::of(&out.formats, self.scene, rig, &parameters, &fit.positions),
         }
     }
-    progress.finish_and_clear();
-    Ok((fits, impossible))
-}
-
-fn draw(
-    out: &mut Output,
-    source: &Source,
-    map: &Parametrization,
-    fits: &[(&Target, ExpressionFit)],
-) -> Result<(), Failure> {
-    let scene = &source.scene;
-    let progress = bar(fits.len(), "picture");
-    let rest = Shape::new(source, scene.mesh.nodes(), &AffineMap::IDENTITY);
-    for (target, fit) in fits {
-        let fitted = Shape::new(source, &fit.positions, &map.parameters(&fit.q).jaw);
-        let dense = target
-            .dense
-            .clone()
-            .map(|points| Shape::of_skin(source, points));
-        let goals = target.landmarks.iter();
-        let (seen, wanted): (Vec<_>, Vec<_>) = goals
-            .map(|goal| (goal.point.position(&fit.positions), goal.position))
-            .unzip();
-        let row = Fitted {
-            heading: line(fit),
-            fitted: &fitted,
-            target: dense.as_ref(),
-            seen: &seen,
-            wanted: &wanted,
-        };
-        let picture = out.path(&format!("{}.png", fit.name));
-        expressions(&picture, &scene.name, &rest, &[row])?;
-        progress.inc(1);
-    }
-    progress.finish_and_clear();
-    let histories: Vec<(&str, &[FitIteration])> = fits
-        .iter()
-        .map(|(_, f)| (f.name.as_str(), f.history.as_slice()))
-        .collect();
-    convergence(&out.path("convergence.svg"), &histories)
 }
 
 fn line(fit: &ExpressionFit) -> String {
-    let jaw = fit
-        .jaw_degrees
-        .map_or(String::new(), |d| format!(", jaw {d:.1} deg"));
+    let jaw = match fit.jaw_pose.opening_degrees {
+        0.0 => String::new(),
+        d => format!(", jaw {d:.1} deg"),
+    };
     format!(
         "{}: {} points, {:.2} -> {:.2} mm RMS in {} steps{jaw}",
         fit.name, fit.points, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
@@ -232,23 +263,36 @@ fn line(fit: &ExpressionFit) -> String {
 /// A row for each fit, as Markdown.
 pub fn table(fits: &[ExpressionFit]) -> String {
     let mut text = String::from(
-        "| target | RMS before (mm) | RMS after (mm) | left | steps | seconds | jaw (deg) | inverted tets | end |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---|\n",
+        "| target | RMS before (mm) | RMS after (mm) | left | dense left | steps | seconds | jaw (deg) | protrusion (mm) \
+         | lateral (mm) | yaw (deg) | condyles off (mm) | inverted tets | end |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|\n",
     );
     for f in fits {
         let end = match &f.outcome {
             Outcome::Converged(_) => "converged".to_owned(),
             Outcome::NotConverged(why) => format!("not converged: {why}"),
+            Outcome::Impossible(why) => format!("impossible pose: {why}"),
+            other => format!("not converged: {other:?}"),
         };
-        let jaw = f.jaw_degrees.map_or(String::new(), |d| format!("{d:.1}"));
+        let jaw = &f.jaw_pose;
+        let off = jaw.condyles_off_mm;
+        let off = off.map_or(String::new(), |mm| format!("{mm:.1}"));
+        let dense = f.dense.filter(|d| d.rms_before_mm > 0.0);
+        let dense = dense.map_or(String::new(), |d| {
+            format!("{:.0} %", 100.0 * d.rms_after_mm / d.rms_before_mm)
+        });
         text += &format!(
-            "| {} | {:.2} | {:.2} | {:.0} % | {} | {:.2} | {jaw} | {} | {end} |\n",
+            "| {} | {:.2} | {:.2} | {:.0} % | {dense} | {} | {:.2} | {:.1} | {:.1} | {:.1} | {:.1} | {off} | {} | {end} |\n",
             f.name,
             f.rms_before_mm,
             f.rms_after_mm,
             100.0 * f.remaining(),
             f.iterations,
             f.seconds,
+            jaw.opening_degrees,
+            jaw.protrusion_mm,
+            jaw.lateral_mm,
+            jaw.yaw_degrees,
             f.inverted_tets
         );
     }

@@ -25,7 +25,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let bar = spinner("equilibrium and derivative");
     out.phase("equilibrium", || rig.solve(&parameters).map(|_| ()))?;
     let directions = Direction::all(scene.muscles.len());
-    let points = scene.carried_landmarks(0..scene.landmarks.len());
+    let points = scene.landmark_points(0..scene.landmarks.len());
     let (columns, route) = out.phase("jacobian", || {
         rig.sensitivity().map(|s| {
             let route = s.cheaper_route(&points, &directions);

@@ -6,10 +6,12 @@ mod demo;
 mod draw;
 mod error;
 mod fit;
+mod gallery;
 mod jacobian;
 mod output;
 mod portrait;
 mod progress;
+mod shape_files;
 mod simulate;
 mod source;
 

@@ -1,22 +1,29 @@
 //! The folder of results: refused when it holds files, each file written whole or not at all.
 
-use super::args::OutputArgs;
+use super::args::{Format, OutputArgs, Pictures};
 use super::error::Failure;
-use face_pictures::export::{GlbMesh, MorphTarget, glb, obj, write_atomically};
+use super::shape_files::{self, Fields};
+use face_pictures::export::write_atomically;
 use face_rig::rig::{Parameters, Rig};
-use face_scenes::{Scene, Skin};
-use fem_assembly::mesh::{DataArray, MeshFile};
+use face_scenes::Scene;
 use serde_json::{Value, json};
-use std::io::Write;
+use std::fs::{File, TryLockError};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// An output folder that may be written to.
+/// Locked while a run writes to the folder. The system takes the lock away from a run that was killed.
+const LOCK: &str = ".face-rig.lock";
+
+/// An output folder that may be written to, by nobody else until this is dropped.
 pub struct Output {
     folder: PathBuf,
+    _lock: Lock,
     begin: Instant,
     phases: Vec<(String, f64)>,
     files: Vec<String>,
+    pub formats: Vec<Format>,
+    pub pictures: Pictures,
 }
 
 impl Output {
@@ -24,20 +31,22 @@ impl Output {
     pub fn prepare(args: &OutputArgs) -> Result<Self, Failure> {
         let folder = args.out.clone();
         let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", folder.display()));
-        let holds_files = match std::fs::read_dir(&folder) {
-            Ok(mut entries) => entries.next().is_some(),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => false,
-            Err(e) => return Err(cannot(e)),
-        };
+        std::fs::create_dir_all(&folder).map_err(cannot)?;
+        let lock = Lock::take(&folder)?;
+        let mut entries = std::fs::read_dir(&folder).map_err(cannot)?;
+        let holds_files =
+            entries.any(|entry| entry.map_or(true, |entry| entry.file_name() != LOCK));
         if holds_files && !args.force {
             return Err(Failure::OutputExists(folder));
         }
-        std::fs::create_dir_all(&folder).map_err(cannot)?;
         Ok(Self {
             folder,
+            _lock: lock,
             begin: Instant::now(),
             phases: Vec::new(),
             files: Vec::new(),
+            formats: args.write.clone(),
+            pictures: args.pictures,
         })
     }
 
@@ -76,10 +85,13 @@ impl Output {
         results: Value,
     ) -> Result<Value, Failure> {
         let path = self.path("report.json");
+        let seconds = self.begin.elapsed().as_secs_f64();
+        let named: f64 = self.phases.iter().map(|p| p.1).sum();
         let phases: serde_json::Map<String, Value> = self
             .phases
             .iter()
             .map(|(name, s)| (name.clone(), json!(s)))
+            .chain([("other".to_owned(), json!(seconds - named))])
             .collect();
         let report = json!({
             "program": "face-rig",
@@ -87,7 +99,7 @@ impl Output {
             "command": command,
             "settings": settings,
             "threads": rayon::current_num_threads(),
-            "seconds": self.begin.elapsed().as_secs_f64(),
+            "seconds": seconds,
             "phase_seconds": phases,
             "results": results,
             "files": self.files,
@@ -97,7 +109,7 @@ impl Output {
     }
 
     /// The flesh as VTU with displacement, det F, fiber stretch and activation; the skin as OBJ and
-    /// glTF, whose morph target leads from rest to the pose.
+    /// glTF, whose morph target leads from rest to the pose. Only what was asked for.
     pub fn write_shape(
         &mut self,
         name: &str,
@@ -106,48 +118,53 @@ impl Output {
         parameters: &Parameters,
         positions: &[[f64; 3]],
     ) -> Result<(), Failure> {
-        let rest = scene.mesh.nodes();
-        let displacement: Vec<[f64; 3]> = positions
-            .iter()
-            .zip(rest)
-            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
-            .collect();
-        let (stretch, activation) = fibers(scene, rig, parameters, positions);
-        let mut volume = MeshFile::from_tets(&scene.mesh);
-        volume.points = positions.to_vec();
-        let bones = scene.bones.of_node().iter().map(|b| *b as i64);
-        volume
-            .with_point_data(DataArray::vectors("displacement", &displacement))
-            .with_point_data(DataArray::integers("bone", bones))
-            .with_cell_data(DataArray::scalars(
-                "det_F",
-                &rig.assembly().volume_ratios(positions),
-            ))
-            .with_cell_data(DataArray::scalars("fiber_stretch", &stretch))
-            .with_cell_data(DataArray::scalars("activation", &activation))
-            .write(self.path(&format!("{name}.vtu")))?;
-
-        let skin = scene.surface();
-        let (at_rest, posed) = (carry(scene, &skin, rest), carry(scene, &skin, positions));
-        let text = obj(name, &posed, &skin.triangles)?;
-        write_atomically(&self.path(&format!("{name}.obj")), text.as_bytes())?;
-        let displacements: Vec<[f64; 3]> = posed
-            .iter()
-            .zip(&at_rest)
-            .map(|(x, r)| std::array::from_fn(|i| x[i] - r[i]))
-            .collect();
-        let binary = glb(&GlbMesh {
+        let formats = &self.formats;
+        let fields = Fields::of(formats, scene, rig, parameters, positions);
+        let files = shape_files::write(
+            &self.folder,
+            formats,
             name,
-            points: &at_rest,
-            triangles: &skin.triangles,
-            base_color: [0.62, 0.40, 0.32],
-            targets: &[MorphTarget {
-                name,
-                displacements: &displacements,
-            }],
-        })?;
-        write_atomically(&self.path(&format!("{name}.glb")), &binary)?;
+            scene,
+            fields.as_ref(),
+            positions,
+        );
+        self.files.extend(files?);
         Ok(())
+    }
+
+    /// Remembers files that were written elsewhere.
+    pub fn wrote(&mut self, files: impl IntoIterator<Item = String>) {
+        self.files.extend(files);
+    }
+}
+
+/// The lock of a folder; the file goes with it.
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    fn take(folder: &Path) -> Result<Self, Failure> {
+        let path = folder.join(LOCK);
+        let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", path.display()));
+        let file = File::create(&path).map_err(cannot)?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self { path, _file: file }),
+            Err(TryLockError::WouldBlock) => Err(Failure::OutputBusy(folder.to_path_buf())),
+            // Some network file systems know no locks.
+            Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {
+                Ok(Self { path, _file: file })
+            }
+            Err(TryLockError::Error(e)) => Err(cannot(e)),
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // One that stays behind is locked by nobody and counts as no result.
+        std::fs::remove_file(&self.path).ok();
     }
 }
 
@@ -162,46 +179,4 @@ pub fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
-}
-
-/// The skin's vertices when the flesh is at `positions`.
-pub fn carry(scene: &Scene, skin: &Skin, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    skin.points
-        .iter()
-        .map(|p| p.position(&scene.mesh, positions))
-        .collect()
-}
-
-/// Per tet: stretch of its dominant fiber (1 without) and its activation, weighted.
-fn fibers(
-    scene: &Scene,
-    rig: &Rig,
-    parameters: &Parameters,
-    positions: &[[f64; 3]],
-) -> (Vec<f64>, Vec<f64>) {
-    (0_u32..)
-        .take(scene.mesh.num_elements())
-        .map(|tet| {
-            let of_tet = scene.fiber_field.of_tet(tet);
-            let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
-            let stretch = dominant.map_or(1.0, |f| {
-                let stretches = rig
-                    .assembly()
-                    .deformation_gradients(tet as usize, positions)
-                    .map(|gradient| {
-                        gradient
-                            .mul_vec(f.direction)
-                            .iter()
-                            .map(|c| c * c)
-                            .sum::<f64>()
-                    });
-                stretches.fold(0.0, f64::max).sqrt()
-            });
-            let activation: f64 = of_tet
-                .iter()
-                .map(|f| f.weight * parameters.activations[f.muscle as usize])
-                .sum();
-            (stretch, activation)
-        })
-        .unzip()
 }

@@ -1,6 +1,6 @@
 //! `face-rig simulate`.
 
-use super::args::{OutputArgs, SimulateArgs};
+use super::args::{OutputArgs, Pictures, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
 use super::error::Failure;
 use super::output::{Output, say};
@@ -9,6 +9,8 @@ use super::source::{open, pose};
 use face_rig::rig::{AffineMap, Rig, RigError, RigParams};
 use face_scenes::Scene;
 use serde_json::json;
+use std::collections::BTreeMap;
+use std::time::Instant;
 
 pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let source = open(&args.scene)?;
@@ -29,13 +31,17 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let work = rig.work();
 
     let bar = spinner("writing shapes and pictures");
+    let begin = Instant::now();
     out.write_shape("pose", scene, &rig, &parameters, &positions)?;
-    let picture = out.path("pose.png");
-    let rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
-    let posed = Shape::new(&source, &positions, &parameters.jaw);
-    out.phase("pictures", || {
-        draw_pose(&picture, &scene.name, &rest, &posed)
-    })?;
+    out.took("files", begin);
+    if out.pictures != Pictures::None {
+        let picture = out.path("pose.png");
+        let rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
+        let posed = Shape::new(&source, &positions, &parameters.jaw);
+        out.phase("pictures", || {
+            draw_pose(&picture, &scene.name, &rest, &posed)
+        })?;
+    }
     bar.finish_and_clear();
 
     let moved = positions
@@ -49,7 +55,10 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
         .assembly()
         .configuration(&rig.solved().in_cranium_frame, &parameters.activations)
         .map_err(RigError::from)?;
+    let torques = scene.jaw_torques(rig.solved())?;
+    let torques = torques_by_name(scene, &torques);
     let results = json!({
+        "jaw_torques_newton_meters": torques.iter().cloned().collect::<BTreeMap<_, _>>(),
         "energy_joules": rig.assembly().energy(at),
         "newton_steps": work.newton_steps, "equilibria": work.equilibria,
         "factorizations": work.factorizations,
@@ -71,6 +80,13 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
                 ),
             },
         ))?;
+        for (name, torque) in &torques {
+            say(format!(
+                "{name}: {:.1} N mm on the jaw about its hinge ({})",
+                1e3 * torque,
+                if *torque > 0.0 { "opens" } else { "closes" },
+            ))?;
+        }
         say(format!("results in {}", out.folder().display()))?;
     }
     Ok(())
@@ -104,4 +120,14 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
         named.join(", "),
         out.folder().display()
     ))
+}
+
+/// The muscles whose torque is more than rounding, strongest first.
+fn torques_by_name(scene: &Scene, torques: &[f64]) -> Vec<(String, f64)> {
+    let largest = torques.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
+    let names = scene.muscles.iter().map(|m| m.name.clone());
+    let all = names.zip(torques.iter().copied());
+    let mut named: Vec<_> = all.filter(|(_, t)| t.abs() > 1e-9 * largest).collect();
+    named.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    named
 }

@@ -2,7 +2,6 @@
 
 use super::args::PoseArgs;
 use super::error::Failure;
-use face_rig::fit::{CraniumModel, Parametrization};
 use face_rig::rig::Parameters;
 use face_scenes::builtin::BuiltinFace;
 use face_scenes::{Scene, parse_activations, parse_angle};
@@ -51,12 +50,13 @@ pub fn pose(scene: &Scene, typed: &PoseArgs) -> Result<Parameters, Failure> {
         .jaw_shift
         .as_deref()
         .map_or(Ok([0.0; 3]), parse_shift)?;
-    let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
-    let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
-    let mut q = activations;
-    q.push(angle);
-    q.extend(shift);
-    Ok(map.parameters(&q))
+    let mut parameters = Parameters::rest(scene.muscles.len());
+    parameters.activations = activations;
+    parameters.jaw = scene.joint.motion([angle, 0.0, 0.0, 0.0]).0;
+    for (t, by) in parameters.jaw.translation.iter_mut().zip(shift) {
+        *t += by;
+    }
+    Ok(parameters)
 }
 
 fn parse_shift(text: &str) -> Result<[f64; 3], Failure> {

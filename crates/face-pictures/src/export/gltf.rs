@@ -86,9 +86,14 @@ impl Buffer {
 ///
 /// # Errors
 /// [`ExportError`] for indices out of range, coordinates that are not finite in single precision,
-/// a target of the wrong length, or more than 4 GiB.
+/// a color that is not finite, a target of the wrong length, or more than 4 GiB.
 pub fn glb(mesh: &GlbMesh<'_>) -> Result<Vec<u8>, ExportError> {
     check(mesh.points, mesh.triangles)?;
+    // JSON has no NaN.
+    if !mesh.base_color.iter().all(|c| c.is_finite()) {
+        let value = mesh.base_color;
+        return Err(ExportError::BadColor { value });
+    }
     let count = mesh.points.len();
     for target in mesh.targets {
         let what = || format!("morph target {:?}", target.name);
@@ -188,6 +193,7 @@ fn container(mut json: Vec<u8>, mut binary: Vec<u8>) -> Result<Vec<u8>, ExportEr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gltf_json::validation::{Error, Validate};
 
     const POINTS: [[f64; 3]; 4] = [
         [0.0, 0.0, 0.0],
@@ -277,6 +283,55 @@ mod tests {
         let read: Vec<u32> = (0..6).map(|i| word(binary, offset + 4 * i)).collect();
         assert_eq!(read, TRIANGLES.as_flattened());
         assert_eq!(view["target"], ELEMENT_ARRAY_BUFFER);
+    }
+
+    /// What `gltf-json`, written by others, finds against the specification.
+    fn faults(document: &Value) -> Vec<(String, Error)> {
+        let root: gltf_json::Root = serde_json::from_value(document.clone()).unwrap();
+        let mut found = Vec::new();
+        root.validate(&root, gltf_json::Path::new, &mut |path, error| {
+            found.push((path().0, error));
+        });
+        found
+    }
+
+    #[test]
+    fn the_same_surface_gives_the_same_bytes_and_a_valid_document() {
+        let moved = [[0.0, 0.1, 0.25], [0.0; 3], [0.3, 0.0, 0.0], [0.0; 3]];
+        let targets = ["a \"quoted\" smile", "öffnen"].map(|name| MorphTarget {
+            name,
+            displacements: &moved,
+        });
+        for targets in [&targets[..], &[]] {
+            let mesh = GlbMesh {
+                name: "face",
+                points: &POINTS,
+                triangles: &TRIANGLES,
+                base_color: [0.8, -1.0, 4.0],
+                targets,
+            };
+            let file = glb(&mesh).unwrap();
+            assert_eq!(file, glb(&mesh).unwrap());
+            let (mut document, binary) = parse(&file);
+            let names: Vec<Value> = targets.iter().map(|t| json!(t.name)).collect();
+            let stored = &document["meshes"][0]["extras"]["targetNames"];
+            assert_eq!(stored.as_array().cloned().unwrap_or_default(), names);
+            let mut end = 0;
+            for view in document["bufferViews"].as_array().unwrap() {
+                assert_eq!(view["byteOffset"], json!(end));
+                end += view["byteLength"].as_u64().unwrap();
+            }
+            assert_eq!(end as usize, binary.len());
+            assert_eq!(faults(&document), []);
+            document["scene"] = json!(3);
+            assert_eq!(
+                faults(&document),
+                [("scene".into(), Error::IndexOutOfBounds)]
+            );
+            let base_color = [0.5, f32::NAN, 0.5];
+            let error = glb(&GlbMesh { base_color, ..mesh }).unwrap_err();
+            assert!(error.to_string().contains("NaN"), "{error}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ pub use obj::obj;
 
 /// What can be wrong with the input of an export.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExportError {
     /// A triangle names a point that does not exist.
     #[error("triangle {triangle} refers to point {point}, but there are only {count} points")]
@@ -45,6 +46,12 @@ pub enum ExportError {
     /// A mesh without points or triangles.
     #[error("the surface has no triangles: nothing to export")]
     Empty,
+    /// A channel of a color is infinite or not a number.
+    #[error("the base color {value:?} is not finite: give channels from 0 to 1")]
+    BadColor {
+        /// The color.
+        value: [f32; 3],
+    },
     /// More data than a binary glTF file can hold (4 GiB).
     #[error("the surface needs {bytes} bytes, more than the 4 GiB of a binary glTF file")]
     TooLarge {

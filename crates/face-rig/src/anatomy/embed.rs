@@ -1,32 +1,32 @@
 //! Points that ride on the mesh.
 
-use fem_assembly::mesh::SimplexMesh;
-
 /// A point fixed to a tetrahedron by barycentric weights: x = Σ wₖ x_(node k). Weights sum to 1; a
 /// point a little outside the mesh has a negative one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmbeddedPoint {
-    /// Number of the point in its own table (a skin vertex, say).
-    pub id: u32,
-    /// The tetrahedron.
-    pub tet: u32,
-    /// Weights of its four nodes.
+    /// The nodes of the tetrahedron.
+    pub nodes: [u32; 4],
+    /// Their weights.
     pub weights: [f64; 4],
 }
 
 impl EmbeddedPoint {
-    /// Where the point is when the mesh's nodes are at `x`, meters. `x` has one entry per node.
-    pub fn position(&self, mesh: &SimplexMesh<3>, x: &[[f64; 3]]) -> [f64; 3] {
-        let nodes = mesh.tet(self.tet as usize);
+    /// A node itself.
+    pub fn node(node: u32) -> Self {
+        Self {
+            nodes: [node; 4],
+            weights: [1.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// Where the point is when the mesh's nodes are at `x`, meters: at rest with those of the mesh.
+    /// `x` has one entry per node.
+    pub fn position(&self, x: &[[f64; 3]]) -> [f64; 3] {
         std::array::from_fn(|i| {
             (0..4)
-                .map(|k| self.weights[k] * x[nodes[k] as usize][i])
+                .map(|k| self.weights[k] * x[self.nodes[k] as usize][i])
                 .sum()
         })
-    }
-    /// Where the point is at rest, meters.
-    pub fn rest_position(&self, mesh: &SimplexMesh<3>) -> [f64; 3] {
-        self.position(mesh, mesh.nodes())
     }
 }
 
@@ -39,14 +39,13 @@ mod tests {
     fn an_affine_motion_carries_the_point() {
         let mesh = kuhn_grid(1, 1, 1, [1.0; 3]).expect("a grid");
         let point = EmbeddedPoint {
-            id: 7,
-            tet: 2,
+            nodes: mesh.tet(2),
             weights: [0.4, 0.3, 0.5, -0.2],
         };
         let affine = |x: [f64; 3]| [2.0 * x[0] + x[1], x[1] - 1.0, 3.0 * x[2] + 0.5];
         let moved: Vec<_> = mesh.nodes().iter().map(|&x| affine(x)).collect();
-        let expected = affine(point.rest_position(&mesh));
-        let found = point.position(&mesh, &moved);
+        let expected = affine(point.position(mesh.nodes()));
+        let found = point.position(&moved);
         assert!((0..3).all(|i| (found[i] - expected[i]).abs() < 1e-15));
     }
 }

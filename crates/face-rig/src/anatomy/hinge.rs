@@ -13,6 +13,7 @@ pub struct JawHinge {
 
 /// Why a hinge cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HingeError {
     /// A coordinate is NaN or infinite.
     #[error("the hinge point {0:?} is not finite")]

@@ -17,11 +17,10 @@ pub struct Located {
 }
 
 impl Located {
-    /// The same as an embedded point with number `id`.
-    pub fn embed(&self, id: u32) -> EmbeddedPoint {
+    /// The point as one that rides on `mesh`, in which it was found.
+    pub fn embed(&self, mesh: &SimplexMesh<3>) -> EmbeddedPoint {
         EmbeddedPoint {
-            id,
-            tet: self.tet,
+            nodes: mesh.tet(self.tet as usize),
             weights: self.weights,
         }
     }
@@ -258,7 +257,7 @@ mod tests {
             let found = locator.locate(p).expect("finite");
             assert_eq!(found.distance, 0.0);
             assert!(found.weights.iter().all(|&w| w >= -1e-12));
-            let back = found.embed(0).rest_position(&mesh);
+            let back = found.embed(&mesh).position(mesh.nodes());
             assert!(length(sub(back, p)) < 1e-14);
         }
     }
@@ -274,7 +273,7 @@ mod tests {
             let expected = length(p.map(outside));
             let found = locator.locate(p).expect("finite");
             assert!((found.distance - expected).abs() < 1e-12);
-            let back = found.embed(0).rest_position(&mesh);
+            let back = found.embed(&mesh).position(mesh.nodes());
             assert!(length(sub(back, p)) < 1e-12);
         }
     }

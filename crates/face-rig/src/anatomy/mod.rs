@@ -1,4 +1,4 @@
-//! What a face consists of: muscles with fibers, bones, the jaw's hinge, and points that ride on
+//! What a face consists of: muscles with fibers, bones, the jaw's joint, and points that ride on
 //! the flesh.
 
 mod affine_map;
@@ -6,6 +6,7 @@ mod bones;
 mod embed;
 mod fibers;
 mod hinge;
+mod joint;
 mod locate;
 
 pub use affine_map::AffineMap;
@@ -13,4 +14,5 @@ pub use bones::{Bone, Bones};
 pub use embed::EmbeddedPoint;
 pub use fibers::{FiberEntry, FiberError, FiberField, Muscle, Side};
 pub use hinge::{HingeError, JawHinge};
+pub use joint::{CondylarPath, JOINT_NAMES, JOINT_NUMBERS, JawJoint, JointError, JointLimits};
 pub use locate::{Located, TetLocator};

@@ -1,13 +1,14 @@
 //! Where points of the flesh should be.
 
 use super::{FitParams, Fitter, Parametrization};
-use crate::rig::{CarriedPoint, CarriedPoints};
+use crate::anatomy::EmbeddedPoint;
+use crate::rig::EmbeddedPoints;
 
 /// A point of the flesh, where it should be, and how much that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
     /// The point.
-    pub point: CarriedPoint,
+    pub point: EmbeddedPoint,
     /// Where it should be, meters.
     pub position: [f64; 3],
     /// How much its squared distance counts, 0 or more; at 0 it counts nowhere.
@@ -17,7 +18,7 @@ pub struct Goal {
 /// Goals as a fit reads them: g, g* and the weights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Goals {
-    points: CarriedPoints,
+    points: EmbeddedPoints,
     positions: Vec<f64>,
     weights: Vec<f64>,
 }
@@ -57,13 +58,22 @@ impl Goals {
 
     /// Root-mean-square distance of the points that count when the nodes are at `x`, meters.
     pub fn rms(&self, x: &[[f64; 3]]) -> f64 {
+        let sum: f64 = self.squares(x).sum();
+        (sum / self.counted().max(1) as f64).sqrt()
+    }
+
+    /// The largest distance of a point that counts when the nodes are at `x`, meters.
+    pub fn largest(&self, x: &[[f64; 3]]) -> f64 {
+        self.squares(x).fold(0.0, f64::max).sqrt()
+    }
+
+    fn squares(&self, x: &[[f64; 3]]) -> impl Iterator<Item = f64> {
         let positions = self.positions.as_chunks::<3>().0;
         let all = self.points.0.iter().zip(positions).zip(&self.weights);
-        let squares = all.filter(|(_, weight)| **weight > 0.0);
-        let squares = squares.map(|((point, goal), _)| {
+        let counted = all.filter(|(_, weight)| **weight > 0.0);
+        counted.map(move |((point, goal), _)| {
             let at = point.position(x);
-            (0..3).map(|i| (at[i] - goal[i]).powi(2)).sum::<f64>()
-        });
-        (squares.sum::<f64>() / self.counted().max(1) as f64).sqrt()
+            (0..3).map(|i| (at[i] - goal[i]).powi(2)).sum()
+        })
     }
 }

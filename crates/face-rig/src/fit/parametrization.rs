@@ -1,11 +1,12 @@
 //! Which numbers a fit may change, and how θ follows from them.
 
 use super::rotation::rotation_with_derivative;
-use crate::anatomy::JawHinge;
+use crate::anatomy::{JOINT_NUMBERS, JawHinge, JawJoint};
 use crate::rig::{AffineMap, Direction, Parameters};
 
 /// How the head may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CraniumModel {
     /// Not at all.
     #[default]
@@ -18,12 +19,15 @@ pub enum CraniumModel {
 
 /// How the jaw may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum JawModel {
     /// Not at all.
     #[default]
     Fixed,
-    /// A turn about the hinge (radians, positive opens) and a shift (meters): four numbers, those
-    /// an animator uses.
+    /// The joint: opening (radians), protrusion and lateral shift (meters), yaw (radians). Each stays
+    /// within the joint's limits.
+    Joint(JawJoint),
+    /// A turn about the hinge (radians, positive opens): one number.
     Hinge(JawHinge),
     /// A turn about a point (rotation vector, radians) and a shift (meters): six numbers.
     Rigid {
@@ -76,7 +80,8 @@ impl Parametrization {
     pub fn jaw_numbers(&self) -> usize {
         match self.jaw {
             JawModel::Fixed => 0,
-            JawModel::Hinge(_) => 4,
+            JawModel::Joint(_) => JOINT_NUMBERS,
+            JawModel::Hinge(_) => 1,
             JawModel::Rigid { .. } => 6,
             JawModel::Affine => 12,
         }
@@ -127,16 +132,9 @@ impl Parametrization {
         activations.chain(cranium).chain(jaw).collect()
     }
 
-    /// The jaw's angle in radians, where it has one.
-    pub fn jaw_angle(&self, q: &[f64]) -> Option<f64> {
-        let (_, _, jaw) = self.split(q);
-        matches!(self.jaw, JawModel::Hinge(_)).then(|| jaw[0])
-    }
-
-    /// The jaw's shift in meters, where it has a hinge.
-    pub fn jaw_slide(&self, q: &[f64]) -> Option<[f64; 3]> {
-        let (_, _, jaw) = self.split(q);
-        matches!(self.jaw, JawModel::Hinge(_)).then(|| vector(&jaw[1..]))
+    /// Where the jaw's numbers begin in q.
+    pub fn jaw_start(&self) -> usize {
+        self.active.len() + self.cranium_numbers()
     }
 
     fn split<'q>(&self, q: &'q [f64]) -> (&'q [f64], &'q [f64], &'q [f64]) {
@@ -156,11 +154,13 @@ impl Parametrization {
     fn jaw_frame(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
         match self.jaw {
             JawModel::Fixed => (AffineMap::IDENTITY, vec![]),
+            JawModel::Joint(joint) => {
+                let (frame, by) = joint.motion(std::array::from_fn(|k| numbers[k]));
+                (frame, by.to_vec())
+            }
             JawModel::Hinge(hinge) => {
-                let frame = hinge.motion(numbers[0], vector(&numbers[1..]));
-                let by_angle = hinge.motion_by_angle(numbers[0]);
-                let by_slide = (9..12).map(AffineMap::unit);
-                (frame, std::iter::once(by_angle).chain(by_slide).collect())
+                let frame = hinge.motion(numbers[0], [0.0; 3]);
+                (frame, vec![hinge.motion_by_angle(numbers[0])])
             }
             JawModel::Rigid { point } => rigid(point, vector(numbers), vector(&numbers[3..])),
             JawModel::Affine => affine(numbers),
@@ -200,11 +200,14 @@ fn rigid(p: [f64; 3], w: [f64; 3], shift: [f64; 3]) -> (AffineMap, Vec<AffineMap
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::anatomy::{CondylarPath, JointLimits};
 
     #[test]
     fn directions_agree_with_differences_of_theta() {
         let hinge = JawHinge::new([0.0, -0.01, 0.02], [0.8, 0.0, -0.6]).expect("a hinge");
-        let hinge = JawModel::Hinge(hinge);
+        let (path, limits) = (CondylarPath::ADULT, JointLimits::ADULT);
+        let joint = JawJoint::new(hinge, path, limits).expect("a joint");
+        let (joint, hinge) = (JawModel::Joint(joint), JawModel::Hinge(hinge));
         let rigid = JawModel::Rigid {
             point: [0.1, 0.2, 0.3],
         };
@@ -213,7 +216,7 @@ mod tests {
             CraniumModel::Rigid,
             CraniumModel::Affine,
         ] {
-            for jaw in [JawModel::Fixed, hinge, rigid, JawModel::Affine] {
+            for jaw in [JawModel::Fixed, joint, hinge, rigid, JawModel::Affine] {
                 let map = Parametrization {
                     muscles: 3,
                     active: vec![2, 0],

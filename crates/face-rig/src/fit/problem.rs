@@ -1,6 +1,6 @@
 //! The least-squares problem ½ |g* − g(x(θ))|² and its solution.
 
-use super::parametrization::Parametrization;
+use super::parametrization::{JawModel, Parametrization};
 use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
 use crate::stopwatch::Stopwatch;
 use fem_solvers::{
@@ -27,10 +27,13 @@ pub struct FitParams {
     pub damping: Damping,
     /// Bounds of the activations; `None` lets muscles push.
     pub activation_bounds: Option<[f64; 2]>,
-    /// Largest turn of the jaw either way, radians, for a hinged jaw.
+    /// Angles between which a jaw with a mere hinge turns, radians; a joint has limits of its own.
     pub jaw_angle_bounds: Option<[f64; 2]>,
     /// Tikhonov weight w_a of ½ w_a |α|², meters².
     pub activation_weight: f64,
+    /// Tikhonov weight w_j of ½ w_j Σ (s / s_max)² over a joint's protrusion, lateral shift and yaw,
+    /// each relative to its wider limit; meters². The opening is free.
+    pub joint_weight: f64,
     /// Tikhonov weight of the head's and the jaw's numbers, meters² over their unit squared.
     pub pose_weight: f64,
     /// Orthogonality of affine frames.
@@ -55,6 +58,7 @@ impl Default for FitParams {
             activation_bounds: Some([0.0, 1.0]),
             jaw_angle_bounds: Some([-0.1, 0.7]),
             activation_weight: 1e-7,
+            joint_weight: 3e-4,
             pose_weight: 0.0,
             orthogonality: Orthogonality {
                 cranium: 1e-2,
@@ -189,7 +193,7 @@ impl Fitter<'_> {
         observer: &mut dyn FnMut(&FitIteration),
     ) -> Result<FitReport, FitError> {
         let roots = self.check(rig, start)?;
-        let settings = self.settings(start);
+        let settings = self.settings();
         within(start, settings.bounds.as_ref())?;
         let map = self.parametrization;
         let begin = Stopwatch::start();
@@ -257,7 +261,7 @@ impl Fitter<'_> {
         })
     }
 
-    fn settings(&self, start: &[f64]) -> GaussNewtonParams {
+    fn settings(&self) -> GaussNewtonParams {
         let (map, params) = (self.parametrization, self.params);
         let muscles = map.active.len();
         let mut lower = vec![f64::NEG_INFINITY; map.len()];
@@ -266,12 +270,20 @@ impl Fitter<'_> {
             lower[..muscles].fill(low);
             upper[..muscles].fill(high);
         }
-        if let (Some([low, high]), Some(_)) = (params.jaw_angle_bounds, map.jaw_angle(start)) {
-            let place = muscles + map.cranium_numbers();
-            (lower[place], upper[place]) = (low, high);
-        }
         let mut weights = vec![params.pose_weight; map.len()];
         weights[..muscles].fill(params.activation_weight);
+        let jaw = map.jaw_start();
+        match (&map.jaw, params.jaw_angle_bounds) {
+            (JawModel::Joint(joint), _) => {
+                for (k, [low, high]) in joint.limits().to_array().into_iter().enumerate() {
+                    (lower[jaw + k], upper[jaw + k]) = (low, high);
+                    let slides = if k == 0 { 0.0 } else { params.joint_weight };
+                    weights[jaw + k] += slides / low.abs().max(high).powi(2);
+                }
+            }
+            (JawModel::Hinge(_), Some([low, high])) => (lower[jaw], upper[jaw]) = (low, high),
+            _ => {}
+        }
         GaussNewtonParams {
             method: params.method,
             damping: params.damping,

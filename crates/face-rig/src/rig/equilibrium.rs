@@ -190,10 +190,12 @@ impl Rig {
     /// is walked in parts. After an error the rig still holds its last solved pose.
     ///
     /// # Errors
+    /// [`RigError::MovedOutOfDomain`] where the bones alone make the energy infinite;
     /// [`RigError::NoEquilibrium`] says how far the walk came; [`RigError::Walk`] when
     /// [`RigParams::smallest_step`] is no part of a way.
     pub fn solve(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
         self.check(parameters)?;
+        self.check_bones(parameters)?;
         let begin = Stopwatch::start();
         let walked = self.walk(parameters);
         self.work.equilibrium_time += begin.elapsed();
@@ -333,6 +335,26 @@ impl Rig {
         self.place_bones(&mut z, &pose.jaw);
         let at = self.assembly.configuration(&z, &pose.activations);
         self.assembly.element_outside_domain(at.ok()?)
+    }
+
+    /// Newton's energy has no element without a free node; an infinite one is found here.
+    fn check_bones(&self, pose: &Parameters) -> Result<(), RigError> {
+        let mut z = self.assembly.rest().to_vec();
+        self.place_bones(&mut z, &pose.jaw);
+        let at = self.assembly.configuration(&z, &pose.activations)?;
+        let Some(element) = self.assembly.prescribed_element_outside_domain(at) else {
+            return Ok(());
+        };
+        let nodes = self.assembly.nodes_of(element).iter().copied();
+        let (jaw, cranium) = nodes.partition(|n| self.jaw.contains(n));
+        let gradients = self.assembly.deformation_gradients(element, &z);
+        let ratios = gradients.map(|gradient| gradient.determinant());
+        Err(RigError::MovedOutOfDomain {
+            element,
+            ratio: ratios.fold(f64::INFINITY, f64::min),
+            jaw,
+            cranium,
+        })
     }
 
     fn check(&self, parameters: &Parameters) -> Result<(), RigError> {

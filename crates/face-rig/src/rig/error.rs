@@ -33,6 +33,22 @@ pub enum RigError {
     /// A part of the flesh that no bone and no term holds: it has no equilibrium to find.
     #[error("{0}; fix it to a bone, or take it out of the mesh")]
     Free(FreePart<3>),
+    /// An element that the bones alone move leaves the domain of its material: no flesh can give way.
+    #[error(
+        "element {element} has infinite energy there (det F {ratio:.3}): all its nodes hang on bones \
+         ({jaw:?} on the jaw, {cranium:?} on the cranium), which alone move it; move the jaw less, or \
+         refine or remove the element"
+    )]
+    MovedOutOfDomain {
+        /// The element.
+        element: usize,
+        /// Its smallest det F.
+        ratio: f64,
+        /// Its nodes on the jaw.
+        jaw: Vec<u32>,
+        /// Its nodes on the cranium.
+        cranium: Vec<u32>,
+    },
     /// No equilibrium was found on the way from the last pose to this one.
     #[error(
         "no equilibrium: stuck {percent:.1} % of the way from the last solved pose to this one \

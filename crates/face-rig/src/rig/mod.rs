@@ -10,5 +10,5 @@ pub use crate::anatomy::AffineMap;
 pub use equilibrium::{Equilibrium, Rig, RigParams, Work};
 pub use error::{PartError, RigError};
 pub use jacobian::{JacobianRoute, Sensitivity};
-pub use observation::{AllNodes, CarriedPoint, CarriedPoints, Observation};
+pub use observation::{AllNodes, EmbeddedPoints, Observation};
 pub use parameters::{Direction, Parameters};

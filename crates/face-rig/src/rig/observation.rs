@@ -1,5 +1,6 @@
 //! What is seen of a face: the map g from node positions to observed numbers (document 000, 1).
 
+use crate::anatomy::EmbeddedPoint;
 /// g(x) with its derivative, both ways.
 pub trait Observation: Sync {
     /// Observed numbers.
@@ -42,38 +43,11 @@ impl Observation for AllNodes {
     }
 }
 
-/// A point carried along by up to four nodes: Σ wₖ x_k.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CarriedPoint {
-    /// The nodes.
-    pub nodes: [u32; 4],
-    /// Their weights, summing to 1.
-    pub weights: [f64; 4],
-}
-
-impl CarriedPoint {
-    /// A node itself.
-    pub fn node(node: u32) -> Self {
-        Self {
-            nodes: [node; 4],
-            weights: [1.0, 0.0, 0.0, 0.0],
-        }
-    }
-    /// Where it is when the nodes are at `x`.
-    pub fn position(&self, x: &[[f64; 3]]) -> [f64; 3] {
-        std::array::from_fn(|i| {
-            (0..4)
-                .map(|k| self.weights[k] * x[self.nodes[k] as usize][i])
-                .sum()
-        })
-    }
-}
-
 /// Landmarks and other points inside tets, by barycentric weights.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct CarriedPoints(pub Vec<CarriedPoint>);
+pub struct EmbeddedPoints(pub Vec<EmbeddedPoint>);
 
-impl Observation for CarriedPoints {
+impl Observation for EmbeddedPoints {
     fn dim(&self) -> usize {
         3 * self.0.len()
     }

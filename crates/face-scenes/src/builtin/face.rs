@@ -13,6 +13,7 @@ use fem_assembly::mesh::SimplexMesh;
 
 /// A face cannot be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BuiltinError {
     /// The resolution is out of range.
     #[error("a built-in face of {target} tets cannot be made: ask for 4000 to 2000000")]
@@ -115,8 +116,7 @@ impl BuiltinFace {
         let hinge = JawHinge::sideways([0.0, 0.002, 0.012]);
         let landmarks = landmarks(&form)
             .iter()
-            .zip(0..)
-            .map(|(&([a, b], side), id)| grid.locate(id, a, b, 1.0, side))
+            .map(|&([a, b], side)| grid.locate(a, b, 1.0, side))
             .collect();
         let fibers = entries(&grid, &nodes, &tets, &material);
         let muscles = names();
@@ -146,7 +146,7 @@ impl BuiltinFace {
     pub fn landmark_positions(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         self.landmarks
             .iter()
-            .map(|p| self.place(p, positions))
+            .map(|p| p.position(positions))
             .collect()
     }
 
@@ -165,23 +165,9 @@ impl BuiltinFace {
     }
 
     /// Where a material point is in the mesh; coordinates outside are moved to the nearest inside.
-    pub fn embed(&self, id: u32, material: [f64; 3], side: Side) -> EmbeddedPoint {
+    pub fn embed(&self, material: [f64; 3], side: Side) -> EmbeddedPoint {
         self.grid
-            .locate(id, material[0], material[1], material[2], side)
-    }
-
-    /// Position of an embedded point for given node positions.
-    ///
-    /// # Panics
-    /// If `positions` has fewer entries than the mesh has nodes.
-    pub fn place(&self, point: &EmbeddedPoint, positions: &[[f64; 3]]) -> [f64; 3] {
-        let mut p = [0.0; 3];
-        for (&n, weight) in self.tets[point.tet as usize].iter().zip(point.weights) {
-            for k in 0..3 {
-                p[k] += weight * positions[n as usize][k];
-            }
-        }
-        p
+            .locate(material[0], material[1], material[2], side)
     }
 }
 

@@ -259,9 +259,9 @@ impl Grid {
         6 * self.cell(self.across() - 1 - i, j, k) + walk
     }
 
-    /// The tet that holds a material point, with its weights, as point number `id`; points outside are moved to the
-    /// nearest material coordinate.
-    pub fn locate(&self, id: u32, a: f64, b: f64, w: f64, side: Side) -> EmbeddedPoint {
+    /// The material point in the tet that holds it; points outside are moved to the nearest material
+    /// coordinate.
+    pub fn locate(&self, a: f64, b: f64, w: f64, side: Side) -> EmbeddedPoint {
         let find = |knots: &[f64], x: f64| {
             let i = knots[1..knots.len() - 1].partition_point(|&q| q <= x);
             (
@@ -294,8 +294,7 @@ impl Grid {
             weights.swap(2, 3);
         }
         EmbeddedPoint {
-            id,
-            tet: (6 * self.cell(i, j, k) + walk) as u32,
+            nodes: self.tet(i, j, k, walk),
             weights,
         }
     }
@@ -328,9 +327,9 @@ mod tests {
         let material = grid.material();
         for &([a, b, w], side) in &material {
             for side in [side, Side::Upper] {
-                let e = grid.locate(0, a, b, w, side);
+                let e = grid.locate(a, b, w, side);
                 let mut sum = [0.0; 3];
-                for (n, weight) in tets[e.tet as usize].iter().zip(e.weights) {
+                for (n, weight) in e.nodes.iter().zip(e.weights) {
                     assert!((0.0..=1.0).contains(&weight));
                     for k in 0..3 {
                         sum[k] += weight * material[*n as usize].0[k];

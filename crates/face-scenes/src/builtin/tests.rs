@@ -14,14 +14,9 @@ fn mesh(face: &BuiltinFace) -> SimplexMesh<3> {
 }
 
 fn center(face: &BuiltinFace, tet: u32) -> [f64; 3] {
-    face.place(
-        &EmbeddedPoint {
-            id: 0,
-            tet,
-            weights: [0.25; 4],
-        },
-        &face.nodes,
-    )
+    let nodes = face.tets[tet as usize];
+    let weights = [0.25; 4];
+    EmbeddedPoint { nodes, weights }.position(&face.nodes)
 }
 
 /// Tets that share a face, and whether any face is shared by more than two.
@@ -125,7 +120,7 @@ fn the_face_is_its_own_mirror_image() {
 fn the_lips_and_lids_are_apart() {
     for size in SIZES {
         let face = BuiltinFace::with_tets(size).unwrap();
-        let at = |x: f64, b: f64, side| face.embed(0, [x, b, 1.0], side);
+        let at = |x: f64, b: f64, side| face.embed([x, b, 1.0], side);
         for (a, b) in [
             (0.0, -33.0),
             (12.0, -33.0),
@@ -134,18 +129,17 @@ fn the_lips_and_lids_are_apart() {
             (-34.0, 34.0),
         ] {
             let (upper, lower) = (at(a, b, Side::Upper), at(a, b, Side::Lower));
-            let (u, l) = (face.tets[upper.tet as usize], face.tets[lower.tet as usize]);
             assert!(
-                u.iter().all(|n| !l.contains(n)),
+                upper.nodes.iter().all(|n| !lower.nodes.contains(n)),
                 "{size}: lips share a node at {a}, {b}"
             );
-            let gap = face.place(&upper, &face.nodes)[1] - face.place(&lower, &face.nodes)[1];
+            let gap = upper.position(&face.nodes)[1] - lower.position(&face.nodes)[1];
             let range = if b < 0.0 { 1e-4..2e-3 } else { 3e-3..1.3e-2 };
             assert!(range.contains(&gap), "{size}: gap {gap} at {a}, {b}");
         }
         // Beyond the corner the two sides are one.
         let (upper, lower) = (at(35.0, -33.0, Side::Upper), at(35.0, -33.0, Side::Lower));
-        let d = face.place(&upper, &face.nodes)[1] - face.place(&lower, &face.nodes)[1];
+        let d = upper.position(&face.nodes)[1] - lower.position(&face.nodes)[1];
         assert!(d.abs() < 1e-12, "{size}: {d}");
     }
 }
@@ -193,9 +187,8 @@ fn landmarks_are_where_anatomy_says() {
         assert_eq!(face.landmarks.len(), 68);
         let skin: std::collections::HashSet<u32> = face.skin().into_iter().flatten().collect();
         for e in &face.landmarks {
-            let tet = face.tets[e.tet as usize];
             let on_skin: f64 = (0..4)
-                .filter(|&k| skin.contains(&tet[k]))
+                .filter(|&k| skin.contains(&e.nodes[k]))
                 .map(|k| e.weights[k])
                 .sum();
             assert!((on_skin - 1.0).abs() < 1e-12, "landmark not on the skin");

@@ -15,7 +15,7 @@ fn the_hinge_of_a_file_is_in_meters_in_any_scene() {
     let hinge = "\u{feff}{ \"hinge_point_m\": [0, 0.8, 0], \"hinge_axis\": [1, 0, 0] }";
     files.text("hinge.json", hinge);
     let scene = files.load().expect("a sound scene");
-    assert_eq!(scene.hinge.point(), [0.0, 0.8, 0.0]);
+    assert_eq!(scene.joint.hinge().point(), [0.0, 0.8, 0.0]);
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn a_landmark_without_weight_counts_nowhere() {
             "\"targets\": { \"landmarks\": \"wanted.csv\"",
         );
         let scene = files.load().expect("a sound scene");
-        let (muscles, jaw) = (scene.muscles.len(), scene.hinged_jaw());
+        let (muscles, jaw) = (scene.muscles.len(), scene.jointed_jaw());
         let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
         let mut rig = scene.rig(RigParams::default()).expect("a rig");
         let start = map.rest();

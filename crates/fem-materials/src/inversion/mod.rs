@@ -3,11 +3,14 @@
 //! [`Thresholded`] is what document 000, 5.5 describes; its stress is not the gradient of its
 //! energy, so a line search on the energy cannot trust it. [`continued`] gives any isotropic
 //! model an energy, with its exact derivatives, that goes on smoothly below a threshold. A model
-//! that is finite everywhere (stable neo-Hookean, fixed corotated, QR) needs neither.
+//! that is finite everywhere (stable neo-Hookean, fixed corotated, QR) needs neither to be solved; so
+//! that its elements do not end inside out, [`VolumeBarrier`] adds a wall that acts late.
 
+mod barrier;
 mod continued;
 mod thresholded;
 
+pub use barrier::VolumeBarrier;
 pub use continued::{Continuation, Continued, Smoothness, continued};
 pub use thresholded::Thresholded;
 

@@ -2,7 +2,7 @@
 
 use crate::numbers::{Numbers, dual, error, norm, tensor_error};
 use fem_kinematics::Mat;
-use fem_materials::inversion::{Continuation, Smoothness, Thresholded, continued};
+use fem_materials::inversion::{Continuation, Smoothness, Thresholded, VolumeBarrier, continued};
 use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
 use fem_materials::{Flesh, Material, NeoHookean, Outlined};
 
@@ -174,5 +174,33 @@ fn directions_that_are_no_unit_vectors_and_negative_stiffnesses_are_refused() {
             !built.is_empty() && built.iter().all(|&b| b == right),
             "{model} {parameter} {value}"
         );
+    }
+}
+
+#[test]
+fn the_late_barrier_has_its_exact_derivatives_and_is_nothing_before_its_threshold() {
+    let barrier = VolumeBarrier::new(0.3, 5e4).unwrap();
+    let dF = Numbers(11).matrix::<3>();
+    for sigma in [[1.2, 0.9, 0.2], [1.1, 0.4, 0.1], [0.3, 0.2, 0.05]] {
+        let F = turned(sigma);
+        let P = barrier.stress(&F);
+        let slope = barrier.energy(&dual(&F, &dF)).derivative;
+        assert!(barrier.energy(&F) > 0.0 && norm(&P) > 0.0);
+        assert!((P.dot(&dF) - slope).abs() < 1e-12 * norm(&P), "{sigma:?}");
+        let by_dual = barrier.stress(&dual(&F, &dF));
+        let by_dual = Mat::from_fn(|i, j| by_dual.0[i][j].derivative);
+        assert!(error(&barrier.stress_differential(&F, &dF), &by_dual) < 1e-11);
+        let derivative = Material::<3>::stress_derivative(&barrier, &F);
+        assert!(error(&derivative.apply(&dF), &by_dual) < 1e-11, "{sigma:?}");
+    }
+    let before = turned([1.0, 0.6, 0.50001]);
+    assert_eq!(barrier.energy(&before), 0.0);
+    assert_eq!(norm(&barrier.stress(&before)), 0.0);
+    // It stops every approach to J = 0, and there is nothing beyond.
+    assert!(barrier.energy(&turned([1.0, 1.0, 1e-9])) > 8e5);
+    assert_eq!(barrier.energy(&turned([1.0, 1.0, -0.1])), f64::INFINITY);
+    assert_eq!(barrier.energy(&turned([1.0, 0.0, 0.0])), f64::INFINITY);
+    for (threshold, modulus) in [(1.0, 1e4), (0.0, 1e4), (f64::NAN, 1e4), (0.2, 0.0)] {
+        assert!(VolumeBarrier::new(threshold, modulus).is_err());
     }
 }

@@ -1,0 +1,83 @@
+//! Elements that the bones alone move.
+
+use face_rig::rig::{Parameters, Rig, RigError, RigParams};
+use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
+use fem_assembly::{AssemblyBuilder, Dofs};
+use fem_materials::{NeoHookean, StableNeoHookean};
+
+/// Three layers, 1 cm each: the cranium below the first, the jaw above it, free flesh on the jaw.
+fn mesh() -> SimplexMesh<3> {
+    kuhn_grid(1, 1, 3, [0.01, 0.01, 0.03]).unwrap()
+}
+
+fn layer(mesh: &SimplexMesh<3>, z: f64) -> Vec<usize> {
+    let nodes = mesh.nodes().iter().enumerate();
+    nodes
+        .filter(|(_, x)| (x[2] - z).abs() < 1e-9)
+        .map(|(n, _)| n)
+        .collect()
+}
+
+/// The jaw pushed through the cranium.
+fn pushed() -> Parameters {
+    let mut pose = Parameters::rest(0);
+    pose.jaw.translation = [0.0, 0.0, -0.015];
+    pose
+}
+
+#[test]
+fn an_infinite_energy_that_no_flesh_can_mend_names_element_and_bones() {
+    let mesh = mesh();
+    let (cranium, jaw) = (layer(&mesh, 0.0), layer(&mesh, 0.01));
+    let held = [cranium.clone(), jaw.clone()].concat();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let flesh = NeoHookean {
+        mu: 1e4,
+        lambda: 4e4,
+    };
+    let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+    let flesh = builder.material(flesh).unwrap().build().unwrap();
+    let mut rig = Rig::new(flesh, &jaw, RigParams::default()).unwrap();
+    let error = rig.solve(&pushed()).unwrap_err();
+    let RigError::MovedOutOfDomain {
+        element,
+        ratio,
+        jaw: on_jaw,
+        cranium: on_cranium,
+    } = error
+    else {
+        panic!("{error}");
+    };
+    // The first tetrahedron of the first layer, squeezed from 1 cm to −0.5 cm.
+    assert_eq!(element, 0);
+    assert!((ratio + 0.5).abs() < 1e-12, "{ratio}");
+    assert_eq!(on_jaw.len() + on_cranium.len(), 4);
+    assert!(on_jaw.iter().all(|n| jaw.contains(&(*n as usize))));
+    assert!(on_cranium.iter().all(|n| cranium.contains(&(*n as usize))));
+    // The last pose stays, and one that the layer bears is found.
+    assert_eq!(rig.solved().parameters, Parameters::rest(0));
+    let mut pressed = pushed();
+    pressed.jaw.translation[2] = -0.005;
+    let solved = rig.solve(&pressed).unwrap().clone();
+    let quiet = &solved.parameters.activations;
+    let at = rig
+        .assembly()
+        .configuration(&solved.in_cranium_frame, quiet);
+    assert!(rig.assembly().energy(at.unwrap()).is_finite());
+}
+
+#[test]
+fn a_model_with_an_energy_there_is_solved() {
+    let mesh = mesh();
+    let (cranium, jaw) = (layer(&mesh, 0.0), layer(&mesh, 0.01));
+    let held = [cranium, jaw.clone()].concat();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let flesh = StableNeoHookean {
+        mu: 1e4,
+        lambda: 4e4,
+    };
+    let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+    let flesh = builder.material(flesh).unwrap().build().unwrap();
+    let mut rig = Rig::new(flesh, &jaw, RigParams::default()).unwrap();
+    rig.solve(&pushed()).unwrap();
+}
