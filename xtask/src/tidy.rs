@@ -25,6 +25,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "fem-assembly",
         ],
     ),
+    ("fem-catalog", &["fem-materials", "fem-assembly"]),
     (
         "face-scenes",
         &[
@@ -32,6 +33,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "fem-materials",
             "fem-solvers",
             "fem-assembly",
+            "fem-catalog",
             "face-rig",
         ],
     ),

@@ -6,8 +6,8 @@ use face_rig::fit::{
     CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{
-    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, Observation, Parameters, Rig,
-    RigParams,
+    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, Observation, Parameters,
+    PartError, Rig, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
@@ -27,11 +27,19 @@ const BALL: Obstacle<3> = Obstacle::Sphere {
 };
 
 fn rig() -> Rig {
-    let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
+    let mut params = RigParams::default();
+    params.newton.gradient_tolerance = 1e-13;
+    params.newton.relative_gradient_tolerance = 0.0;
+    rig_of(params, 1.0, 1.0)
+}
+
+/// Lengths in another unit, and every stiffness and strength times `factor`.
+fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
+    let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08].map(|l| l * unit)).unwrap();
     let rest = mesh.nodes().to_vec();
     let at = |z: f64| {
         (0..rest.len())
-            .filter(|&n| (rest[n][2] - z).abs() < 1e-9)
+            .filter(|&n| (rest[n][2] - z * unit).abs() < 1e-9 * unit)
             .collect()
     };
     let (cranium, jaw): (Vec<usize>, Vec<usize>) = (at(0.0), at(0.08));
@@ -41,7 +49,7 @@ fn rig() -> Rig {
             element,
             control: element % MUSCLES,
             direction: [[0.0, 0.6, 0.8], [0.8, 0.0, 0.6], [0.6, 0.8, 0.0]][element % MUSCLES],
-            max_isometric_stress: 2e4,
+            max_isometric_stress: 2e4 * factor,
             optimal_stretch: 1.0,
         })
         .collect();
@@ -52,29 +60,101 @@ fn rig() -> Rig {
     let assembly = AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(&rest, &fixed).unwrap())
         .unwrap()
         .material(StableNeoHookean {
-            mu: 1e4,
-            lambda: 9e4,
+            mu: 1e4 * factor,
+            lambda: 9e4 * factor,
         })
         .unwrap()
         .fibers(law, MUSCLES, &fibers)
         .unwrap()
-        .penalty(against(PLANE))
+        .penalty(against(PLANE, unit, factor))
         .unwrap()
-        .penalty(against(BALL))
+        .penalty(against(BALL, unit, factor))
         .unwrap()
         .build()
         .unwrap();
-    let mut params = RigParams::default();
-    params.newton.gradient_tolerance = 1e-13;
     Rig::new(assembly, &jaw, params).unwrap()
 }
 
-fn against(obstacle: Obstacle<3>) -> Penalty<3> {
+fn against(obstacle: Obstacle<3>, unit: f64, factor: f64) -> Penalty<3> {
+    let obstacle = match obstacle {
+        Obstacle::HalfSpace { point, normal } => Obstacle::HalfSpace {
+            point: point.map(|x| x * unit),
+            normal,
+        },
+        Obstacle::Sphere { center, radius } => Obstacle::Sphere {
+            center: center.map(|x| x * unit),
+            radius: radius * unit,
+        },
+        other => other,
+    };
     Penalty {
         nodes: (0..45).collect(),
-        stiffness: 300.0,
+        stiffness: 300.0 * unit * factor,
         obstacle,
     }
+}
+
+#[test]
+fn a_pose_has_one_shape_in_every_unit_and_leaves_no_force() {
+    let pose_in = |unit: f64| {
+        let mut pose = pose();
+        pose.jaw.translation = pose.jaw.translation.map(|t| t * unit);
+        pose.cranium.translation = pose.cranium.translation.map(|t| t * unit);
+        pose
+    };
+    let mut shapes: Vec<Vec<f64>> = Vec::new();
+    for (unit, factor) in [
+        (1.0, 1.0),
+        (1e-9, 1.0),
+        (1e3, 1.0),
+        (1.0, 1e-10),
+        (1.0, 1e3),
+        (1.0, 1e6),
+    ] {
+        let mut rig = rig_of(RigParams::default(), unit, factor);
+        let solved = rig.solve(&pose_in(unit)).unwrap().clone();
+        let shape = solved.in_cranium_frame.as_flattened();
+        shapes.push(shape.iter().map(|x| x / unit).collect());
+        // Summed over all nodes instead of rows.
+        let assembly = rig.assembly();
+        let activations = &solved.parameters.activations;
+        let at = assembly
+            .configuration(&solved.in_cranium_frame, activations)
+            .unwrap();
+        let left = assembly.dofs().gather(&assembly.forces_everywhere(at));
+        let met = largest(assembly.absolute_forces(at));
+        assert!(largest(left) <= 2e-9 * met, "{unit:e}, {factor:e}");
+    }
+    for shape in &shapes {
+        let off = largest(shape.iter().zip(&shapes[0]).map(|(a, b)| a - b));
+        assert!(off < 1e-8, "{off:e} m");
+    }
+}
+
+#[test]
+fn a_pose_without_equilibrium_leaves_the_last_good_one_and_flesh_without_bones_is_named() {
+    let mut params = RigParams::default();
+    params.newton.max_iterations = 0;
+    let mut rig = rig_of(params, 1.0, 1.0);
+    let error = rig.solve(&pose()).unwrap_err();
+    let RigError::NoEquilibrium { last, source, .. } = error else {
+        panic!("{error}");
+    };
+    assert_eq!(*last, *rig.solved());
+    assert!(matches!(*source, PartError::Newton(_)), "{source}");
+    let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
+    let flesh = StableNeoHookean {
+        mu: 1e4,
+        lambda: 9e4,
+    };
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
+    let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+    let assembly = builder.material(flesh).unwrap().build().unwrap();
+    let error = Rig::new(assembly, &[], RigParams::default()).unwrap_err();
+    assert!(
+        matches!(&error, RigError::Free(part) if part.nodes == 44 && part.motions.len() == 3),
+        "{error}"
+    );
 }
 
 /// A pose with a cranium that is no rotation and a jaw that is turned, sheared and shifted.
@@ -345,4 +425,18 @@ fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
             "{factor:e}, {initial:e}: {found:?}, {expected:?}"
         );
     }
+}
+
+#[test]
+fn the_guess_for_a_pose_close_by_is_its_solution() {
+    let mut rig = rig_of(RigParams::default(), 1.0, 1.0);
+    let mut pose = pose();
+    rig.solve(&pose).unwrap();
+    let _ = rig.sensitivity().unwrap();
+    // The tangent is off by the square of the change: far below the tolerance, twice the change is not.
+    pose.activations[0] += 1e-7;
+    pose.jaw.translation[1] += 1e-9;
+    let before = rig.work().newton_steps;
+    rig.solve(&pose).unwrap();
+    assert_eq!(rig.work().newton_steps, before);
 }

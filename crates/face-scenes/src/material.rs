@@ -51,18 +51,7 @@ impl NamedMaterial {
         builder: AssemblyBuilder<3>,
         elements: &[usize],
     ) -> Result<Result<AssemblyBuilder<3>, AssemblyError>, ModelError> {
-        struct AddTo<'a>(AssemblyBuilder<3>, &'a [usize]);
-        impl UseSolid for AddTo<'_> {
-            type Output = Result<AssemblyBuilder<3>, AssemblyError>;
-            fn call<M: Material<3> + 'static>(self, model: M) -> Self::Output {
-                // One instance of the element kernels for each model: builds without optimization
-                // compile each method once instead of at every call.
-                #[cfg(debug_assertions)]
-                let model = fem_materials::Outlined(model);
-                self.0.region(self.1, model)
-            }
-        }
-        self.with(AddTo(builder, elements))
+        fem_catalog::region(builder, elements, &self.model, &self.parameters)
     }
     /// Lamé's parameters at rest, from the model itself.
     ///

@@ -6,7 +6,7 @@ use super::error::Failure;
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{named_controls, open, pose};
-use face_rig::rig::{AffineMap, RigError, RigParams};
+use face_rig::rig::{AffineMap, Rig, RigError, RigParams};
 use face_scenes::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -21,7 +21,10 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let bar = spinner("looking for the equilibrium");
     let solved = out.phase("equilibrium", || rig.solve(&parameters).cloned());
     bar.finish_and_clear();
-    let positions = solved?.positions();
+    let positions = match solved {
+        Ok(solved) => solved.positions(),
+        Err(error) => return Err(unsolved(&mut out, scene, &rig, error)),
+    };
     let ratios = rig.assembly().volume_ratios(&positions);
     let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
     let inverted = ratios.iter().filter(|j| !(**j > 0.0)).count();
@@ -90,6 +93,36 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
         say(format!("results in {}", out.folder().display()))?;
     }
     Ok(())
+}
+
+/// The elements that are squashed most, and how many of them are named.
+const WORST: usize = 3;
+
+/// Writes the last state that was solved, and says what it looks like and what could help.
+fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Failure {
+    let RigError::NoEquilibrium { last, .. } = &error else {
+        return error.into();
+    };
+    let ratios = rig.assembly().volume_ratios(&last.in_cranium_frame);
+    let mut worst: Vec<usize> = (0..ratios.len()).collect();
+    worst.sort_by(|&a, &b| ratios[a].total_cmp(&ratios[b]));
+    let named = worst.iter().take(WORST);
+    let named: Vec<String> = named
+        .map(|&e| format!("element {e} (det F {:.3})", ratios[e]))
+        .collect();
+    let (pose, positions) = (&last.parameters, last.positions());
+    if let Err(failure) = out.write_shape("last_state", scene, rig, pose, &positions) {
+        return failure;
+    }
+    Failure::NotConverged(format!(
+        "{error}\n\
+         squashed most in the last state that was solved: {}\n\
+         that state is last_state.vtu in {}\n\
+         to try: a smaller jaw angle, lower activations, a model without a barrier \
+         (stable_neo_hookean), or a mesh with fewer flat tetrahedra near those named",
+        named.join(", "),
+        out.folder().display()
+    ))
 }
 
 /// The muscles whose torque is more than rounding, strongest first.

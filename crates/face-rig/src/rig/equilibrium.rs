@@ -1,15 +1,15 @@
 //! x(θ): the equilibrium shape of a pose.
 
 use super::control::{Control, Controls};
-use super::error::RigError;
+use super::error::{PartError, RigError};
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
 use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
-use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
+use fem_assembly::{Assembly, Quasistatic, solve_renewing};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton,
-    NewtonError, NewtonFailure, NewtonParams, Path, ProjectionPolicy, follow_path,
+    NewtonParams, Path, ProjectionPolicy, follow_path,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -115,7 +115,8 @@ impl Rig {
     /// Takes an assembly whose prescribed nodes are those of cranium and jaw; `jaw` lists the latter.
     ///
     /// # Errors
-    /// When a jaw node is not among the prescribed ones.
+    /// When a jaw node is not among the prescribed ones; [`RigError::Free`] when nothing holds a part of
+    /// the flesh.
     pub fn new(assembly: Assembly<3>, jaw: &[usize], params: RigParams) -> Result<Self, RigError> {
         let expected = assembly.rest().len();
         for &node in jaw {
@@ -125,6 +126,10 @@ impl Rig {
         }
         let parameters = Parameters::rest(assembly.controls());
         let rest = assembly.rest().to_vec();
+        let at_rest = assembly.configuration(&rest, &parameters.activations)?;
+        if let Some(part) = assembly.free_motions(at_rest).into_iter().next() {
+            return Err(RigError::Free(part));
+        }
         let newton = Newton::new(&Quasistatic::new(
             &assembly,
             rest.clone(),
@@ -259,6 +264,7 @@ impl Rig {
                     percent: 100.0 * reached,
                     steps: info.steps,
                     element: self.inverted_element(&state, &pose),
+                    last: Box::new(state),
                     source: Box::new(source),
                 })
             }
@@ -382,7 +388,7 @@ impl Rig {
         &mut self,
         guess: Vec<[f64; 3]>,
         pose: &Parameters,
-    ) -> Result<Vec<[f64; 3]>, NewtonError> {
+    ) -> Result<Vec<[f64; 3]>, PartError> {
         let energy = self.controls.of_energy(pose);
         let Self {
             assembly,
@@ -392,14 +398,13 @@ impl Rig {
             ..
         } = self;
         if assembly.changes() {
-            let done = solve_renewing(assembly, newton, guess, &energy, &params.newton)
-                .map_err(unsolved)?;
+            let done = solve_renewing(assembly, newton, guess, &energy, &params.newton)?;
             work.equilibria += 1;
             work.newton_steps += done.iterations;
             work.factorizations += done.info.map_or(0, |info| info.factorizations);
             return Ok(done.positions);
         }
-        let problem = Quasistatic::new(assembly, guess, energy).map_err(|_| outside_domain())?;
+        let problem = Quasistatic::new(assembly, guess, energy)?;
         let mut x = problem.unknowns();
         let info = newton.solve(&problem, &mut x, &params.newton)?;
         work.equilibria += 1;
@@ -408,19 +413,12 @@ impl Rig {
         Ok(problem.positions(&x))
     }
 
-    fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> String {
+    fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> Option<usize> {
         let mut z = from.in_cranium_frame.clone();
         self.place_bones(&mut z, pose);
         let energy = self.controls.of_energy(pose);
         let at = self.assembly.configuration(&z, &energy);
-        match at
-            .map(|at| self.assembly.element_outside_domain(at))
-            .ok()
-            .flatten()
-        {
-            Some(e) => format!(", element {e} would be turned inside out by moving the bones"),
-            None => String::new(),
-        }
+        self.assembly.element_outside_domain(at.ok()?)
     }
 
     /// Newton's energy has no element without a free node; an infinite one is found here.
@@ -483,7 +481,7 @@ impl Walk<'_> {
 
 impl Path for Walk<'_> {
     type State = Equilibrium;
-    type Error = NewtonError;
+    type Error = PartError;
 
     fn predict(&mut self, state: &mut Equilibrium, _: f64, to: f64) {
         let pose = self.pose(to);
@@ -491,36 +489,10 @@ impl Path for Walk<'_> {
         state.parameters = pose;
     }
 
-    fn correct(&mut self, _: f64, state: &mut Equilibrium) -> Result<(), NewtonError> {
+    fn correct(&mut self, _: f64, state: &mut Equilibrium) -> Result<(), PartError> {
         let guess = std::mem::take(&mut state.in_cranium_frame);
         state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
         Ok(())
-    }
-}
-
-/// Newton's failure; stencils that never come to rest count as steps that did not converge.
-fn unsolved(error: RenewingError<3>) -> NewtonError {
-    match error {
-        RenewingError::Newton { source, .. } => source,
-        RenewingError::Unsettled { last, .. } => NewtonError {
-            iteration: last.iterations,
-            energy: last.info.as_ref().map_or(f64::NAN, |info| info.energy),
-            gradient_norm: f64::INFINITY,
-            reason: NewtonFailure::NotConverged,
-        },
-        _ => outside_domain(),
-    }
-}
-
-/// A guess with numbers that are not finite counts as one outside the domain.
-fn outside_domain() -> NewtonError {
-    let energy = f64::INFINITY;
-    let reason = NewtonFailure::OutsideDomain { energy };
-    NewtonError {
-        iteration: 0,
-        energy,
-        gradient_norm: f64::INFINITY,
-        reason,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Why a pose could not be solved.
 
-use fem_assembly::AssemblyError;
+use super::equilibrium::Equilibrium;
+use fem_assembly::{AssemblyError, FreePart, RenewingError};
 use fem_solvers::{ContinuationError, NewtonError, NewtonFailure};
 
 /// A pose without an equilibrium, or without a derivative there.
@@ -50,6 +51,9 @@ pub enum RigError {
         /// Its unit.
         unit: f64,
     },
+    /// A part of the flesh that no bone and no term holds: it has no equilibrium to find.
+    #[error("{0}; fix it to a bone, or take it out of the mesh")]
+    Free(FreePart<3>),
     /// An element that the bones alone move leaves the domain of its material: no flesh can give way.
     #[error(
         "element {element} has infinite energy there (det F {ratio:.3}): all its nodes hang on bones \
@@ -69,21 +73,26 @@ pub enum RigError {
     /// No equilibrium was found on the way from the last pose to this one.
     #[error(
         "no equilibrium: stuck {percent:.1} % of the way from the last solved pose to this one \
-         ({steps} part-way poses solved){element}: {source}"
+         ({steps} part-way poses solved){}: {source}",
+        element.map_or_else(String::new, |e| format!(
+            ", element {e} would be turned inside out by moving the bones"
+        ))
     )]
     NoEquilibrium {
         /// How far the walk came, per cent.
         percent: f64,
         /// Part-way poses solved.
         steps: usize,
-        /// Names an element that the pose turns inside out, if there is one.
-        element: String,
-        /// What Newton's method said last.
-        source: Box<NewtonError>,
+        /// The first element that the pose turns inside out, if there is one.
+        element: Option<usize>,
+        /// The last pose that was solved, part-way ones included.
+        last: Box<Equilibrium>,
+        /// What ended the way.
+        source: Box<PartError>,
     },
     /// The steps of the way to a pose make no sense.
     #[error("the way to the pose: {0}")]
-    Walk(Box<ContinuationError<NewtonError>>),
+    Walk(Box<ContinuationError<PartError>>),
     /// The stiffness at an equilibrium is not positive definite: the pose is at a fold, where
     /// dx/dθ does not exist.
     #[error("the equilibrium is not stable, dx/dθ does not exist here: {0}")]
@@ -94,4 +103,29 @@ pub enum RigError {
     /// The mesh side refused its input.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
+}
+
+/// Why a pose on the way has no equilibrium.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PartError {
+    /// Newton's method failed.
+    #[error(transparent)]
+    Newton(#[from] NewtonError),
+    /// The guess, or the pose, is no input for the assembly.
+    #[error("the guess for the pose: {0}")]
+    Guess(#[from] AssemblyError),
+    /// Contacts that do not come to rest.
+    #[error(transparent)]
+    Renewing(Box<RenewingError<3>>),
+}
+
+impl From<RenewingError<3>> for PartError {
+    fn from(error: RenewingError<3>) -> Self {
+        match error {
+            RenewingError::Assembly(error) => Self::Guess(error),
+            RenewingError::Newton { source, .. } => Self::Newton(source),
+            error => Self::Renewing(Box::new(error)),
+        }
+    }
 }

@@ -10,7 +10,7 @@ mod parameters;
 pub use crate::anatomy::AffineMap;
 pub use control::{Control, Effect};
 pub use equilibrium::{Equilibrium, Rig, RigParams, Work};
-pub use error::RigError;
+pub use error::{PartError, RigError};
 pub use jacobian::{JacobianRoute, Sensitivity};
 pub use observation::{AllNodes, EmbeddedPoints, Observation};
 pub use parameters::{Direction, Parameters};

@@ -3,6 +3,7 @@ mod cholesky;
 mod common;
 mod continuation;
 mod gauss_newton;
+mod least_squares_stop;
 mod matrix_free;
 mod newton;
 mod pcg;

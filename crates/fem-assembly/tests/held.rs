@@ -1,0 +1,106 @@
+//! What can move with nothing to stop it is found before a solve.
+
+use fem_assembly::mesh::{Orientation, Orphans, SimplexMesh, kuhn_grid};
+use fem_assembly::{AssemblyBuilder, Dofs, FreePart, NodalLoads, RigidMotion};
+use fem_materials::NeoHookean;
+
+fn parts(mesh: &SimplexMesh<3>, nodes: &[usize], axes: &[(usize, usize)]) -> Vec<FreePart<3>> {
+    let dofs = Dofs::new(mesh.nodes(), nodes, axes).unwrap();
+    let flesh = NeoHookean {
+        mu: 1e4,
+        lambda: 1e5,
+    };
+    let builder = AssemblyBuilder::new(mesh, dofs)
+        .unwrap()
+        .material(flesh)
+        .unwrap();
+    // A load pulls, it does not hold.
+    let load = NodalLoads::new(vec![(13, [1.0, 0.0, 0.0])]).unwrap();
+    let assembly = builder.term(load).unwrap().build().unwrap();
+    let at = assembly.configuration(mesh.nodes(), &[]).unwrap();
+    assembly.free_motions(at)
+}
+
+fn block() -> SimplexMesh<3> {
+    kuhn_grid(2, 2, 2, [1.0; 3]).unwrap()
+}
+
+fn at(mesh: &SimplexMesh<3>, wanted: impl Fn(&[f64; 3]) -> bool) -> Vec<usize> {
+    (0..mesh.nodes().len())
+        .filter(|&n| wanted(&mesh.nodes()[n]))
+        .collect()
+}
+
+#[test]
+fn a_body_that_nothing_holds_has_six_motions_and_a_held_one_none() {
+    let mesh = block();
+    let free = parts(&mesh, &[], &[]);
+    assert_eq!(
+        (free.len(), free[0].nodes, free[0].motions.len()),
+        (1, 27, 6)
+    );
+    assert!(
+        free[0]
+            .to_string()
+            .ends_with("held by nothing: 6 free motions")
+    );
+    assert!(parts(&mesh, &at(&mesh, |p| p[0] == 0.0), &[]).is_empty());
+    // Six axes, no more than it takes.
+    let [a, b, c] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|q| at(&mesh, |p| *p == q)[0]);
+    let axes = [(a, 0), (a, 1), (a, 2), (b, 1), (b, 2), (c, 2)];
+    assert!(parts(&mesh, &[], &axes).is_empty());
+    let missing = parts(&mesh, &[], &axes[..5]);
+    assert_eq!(missing[0].motions.len(), 1);
+}
+
+#[test]
+fn a_body_held_at_a_point_or_a_line_turns_about_it() {
+    let mesh = block();
+    let point = parts(&mesh, &at(&mesh, |p| *p == [1.0, 0.5, 0.0]), &[]);
+    assert_eq!(point[0].motions.len(), 3);
+    let line = parts(&mesh, &at(&mesh, |p| p[0] == 1.0 && p[1] == 0.5), &[]);
+    let [RigidMotion::Rotation { axis, through }] = line[0].motions[..] else {
+        panic!("{line:?}");
+    };
+    assert!((axis[2].abs() - 1.0).abs() < 1e-9, "{axis:?}");
+    assert!(
+        (through[0] - 1.0).abs() < 1e-9 && (through[1] - 0.5).abs() < 1e-9,
+        "{through:?}"
+    );
+    // A plane of rollers leaves two slides and a turn.
+    let rollers: Vec<(usize, usize)> = at(&mesh, |p| p[2] == 0.0).iter().map(|&n| (n, 2)).collect();
+    let motions = parts(&mesh, &[], &rollers)[0].motions.clone();
+    let slides = motions.iter().filter(|m| match m {
+        RigidMotion::Translation { along } => along[2].abs() < 1e-9,
+        RigidMotion::Rotation { .. } => false,
+    });
+    assert_eq!((motions.len(), slides.count()), (3, 2));
+}
+
+#[test]
+fn two_bodies_and_a_lost_node_are_told_apart() {
+    let one = block();
+    let mut nodes = one.nodes().to_vec();
+    nodes.extend(one.nodes().iter().map(|p| [p[0] + 3.0, p[1], p[2]]));
+    nodes.push([9.0; 3]);
+    let both = one.elements().flat_map(|e| {
+        let e: [u32; 4] = std::array::from_fn(|k| e[k]);
+        [e, e.map(|n| n + 27)]
+    });
+    let elements: Vec<u32> = both.flatten().collect();
+    let mesh = SimplexMesh::with_repairs(nodes, elements, Orientation::Refuse, Orphans::Allow)
+        .unwrap()
+        .0;
+    let held = at(&mesh, |p| p[0] == 0.0);
+    let free = parts(&mesh, &held, &[]);
+    assert_eq!(free.len(), 2, "{free:?}");
+    assert_eq!(
+        (free[0].nodes, free[0].motions.len(), free[0].alone),
+        (27, 6, false)
+    );
+    assert!(free[1].alone && free[1].first_node == 54);
+    assert_eq!(
+        free[1].to_string(),
+        "node 54 belongs to no element, and nothing holds it"
+    );
+}

@@ -1,0 +1,48 @@
+//! Every constitutive model that [`fem_materials::registry`] knows as elements of an assembly, by its
+//! name and parameters.
+//!
+//! ```
+//! use fem_assembly::{AssemblyBuilder, Dofs, mesh::kuhn_grid};
+//! use fem_materials::registry::Parameters;
+//!
+//! let mesh = kuhn_grid(1, 1, 1, [1.0; 3])?;
+//! let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0, 1, 2, 3])?;
+//! let builder = AssemblyBuilder::new(&mesh, dofs)?;
+//! let soft = [("young", "3e4"), ("poisson", "0.45")];
+//! let parameters: Parameters = soft.map(|(name, text)| (name, text.to_owned())).into_iter().collect();
+//! let builder = fem_catalog::region(builder, &[0, 1, 2, 3, 4, 5], "neo_hookean", &parameters)??;
+//! assert_eq!(builder.build()?.dofs().free_nodes(), 4);
+//! assert!(fem_catalog::region(AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &[0])?)?,
+//!     &[0], "neo_hukean", &parameters).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use fem_assembly::{AssemblyBuilder, AssemblyError};
+use fem_materials::Material;
+use fem_materials::registry::{ModelError, Parameters, UseSolid, with_solid};
+
+/// Gives some elements the model of that name, its parameters in SI units.
+///
+/// # Errors
+/// If no model has the name, or its parameters do not fit; within, as [`AssemblyBuilder::region`].
+pub fn region(
+    builder: AssemblyBuilder<3>,
+    elements: &[usize],
+    model: &str,
+    parameters: &Parameters,
+) -> Result<Result<AssemblyBuilder<3>, AssemblyError>, ModelError> {
+    with_solid(model, parameters, AsElements(builder, elements))
+}
+
+struct AsElements<'a>(AssemblyBuilder<3>, &'a [usize]);
+
+impl UseSolid for AsElements<'_> {
+    type Output = Result<AssemblyBuilder<3>, AssemblyError>;
+    fn call<M: Material<3> + 'static>(self, model: M) -> Self::Output {
+        // One instance of the element kernels for each model: builds without optimization compile each
+        // method once instead of at every call.
+        #[cfg(debug_assertions)]
+        let model = fem_materials::Outlined(model);
+        self.0.region(self.1, model)
+    }
+}
