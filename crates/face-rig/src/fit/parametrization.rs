@@ -20,7 +20,6 @@ pub enum CraniumModel {
 /// How the jaw may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
-#[expect(clippy::large_enum_variant, reason = "a fit has one of them")]
 pub enum JawModel {
     /// Not at all.
     #[default]
