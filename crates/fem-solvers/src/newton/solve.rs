@@ -195,14 +195,19 @@ impl<'d, const D: usize> Newton<'d, D> {
         self.workspace.shift = Shift::default();
         let mut forcing = Forcing::default();
         let mut target = Target::at(problem, params, x, start);
-        if let Some(stop) = target.met_by(&state.gradient) {
-            return Ok(stop);
-        }
+        let met = target.met_by(&state.gradient);
         // Without a step: what starts at its own solution has nothing to gain from one.
-        if self.is_rounding(problem, x, state, &target) {
-            return Ok(StopReason::Rounding);
+        let rounding = met.is_none() && self.is_rounding(problem, x, state, &target);
+        self.workspace.current = met.is_none();
+        let mut leaves_saddle = false;
+        if let Some(stop) = met.or(rounding.then_some(StopReason::Rounding)) {
+            if self.is_minimum(problem, x, params, state) {
+                return Ok(stop);
+            }
+            leaves_saddle = true;
+            self.workspace.current = false;
+            self.workspace.shift = Shift::default();
         }
-        self.workspace.current = true;
         loop {
             let eta = forcing.next(norm(&state.gradient), target.remaining(&state.gradient));
             let step = match self.step(problem, x, eta, params, state) {
@@ -215,7 +220,10 @@ impl<'d, const D: usize> Newton<'d, D> {
             observer(&step.report);
             target = Target::at(problem, params, x, start);
             if let Some(stop) = target.met_by(&state.gradient) {
-                return Ok(stop);
+                if !leaves_saddle || step.stalled || self.is_minimum(problem, x, params, state) {
+                    return Ok(stop);
+                }
+                continue;
             }
             if step.report.t == 1.0 && step.report.step <= params.step_tolerance {
                 return Ok(StopReason::Step);
@@ -279,6 +287,30 @@ impl<'d, const D: usize> Newton<'d, D> {
                 projection: direction.projection,
                 shift: direction.shift,
             },
+        })
+    }
+
+    /// Whether the Hessian at a stationary start is positive definite as it is: forces that cancel at
+    /// a saddle are no equilibrium that lasts, and steps lead away from it.
+    fn is_minimum(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+        params: &NewtonParams,
+        state: &mut State,
+    ) -> bool {
+        // Nothing leads away from a gradient of zeros, and a residual need not be a gradient.
+        if state.info.gradient_norm == 0.0 || problem.merit() != Merit::Energy {
+            return true;
+        }
+        let first = Forcing::FIRST;
+        let found = self
+            .workspace
+            .direction(problem, x, &state.gradient, first, params);
+        found.is_ok_and(|found| {
+            state.info.factorizations += found.factorizations;
+            state.info.linear_iterations += found.linear_iterations;
+            found.projection == HessianProjection::None && found.shift == 0.0
         })
     }
 

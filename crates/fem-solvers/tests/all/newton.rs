@@ -497,3 +497,51 @@ fn settings_that_are_no_sizes_are_refused() {
         }
     }
 }
+
+/// (x² − 1)²/4 + y²/2, said to be a sum of large forces.
+struct Saddle(Arc<BlockPattern>);
+
+impl NonlinearProblem<2> for Saddle {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.0.clone())
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        0.25 * (x[0] * x[0] - 1.0).powi(2) + 0.5 * x[1] * x[1]
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g.copy_from_slice(&[(x[0] * x[0] - 1.0) * x[0], x[1]]);
+    }
+    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<2>) {
+        let curvature = 3.0 * x[0] * x[0] - 1.0;
+        let along = match projection {
+            HessianProjection::None => curvature,
+            _ => curvature.abs(),
+        };
+        out.values_mut()[0] = [[along, 0.0], [0.0, 1.0]];
+    }
+    fn gradient_scales(&self, _: &[f64]) -> Option<Vec<f64>> {
+        Some(vec![1e5; 2])
+    }
+}
+
+#[test]
+fn forces_that_cancel_at_a_saddle_are_no_equilibrium() {
+    let problem = Saddle(Arc::new(BlockPattern::from_adjacency(1, []).unwrap()));
+    for solver in solvers() {
+        let params = NewtonParams {
+            linear_solver: solver,
+            ..NewtonParams::default()
+        };
+        let mut x = [1e-4, 0.0];
+        let info = Newton::new(&problem).solve(&problem, &mut x, &params);
+        let info = info.unwrap_or_else(|e| panic!("{solver:?}: {e}"));
+        assert!((x[0].abs() - 1.0).abs() < 1e-3, "{solver:?}: {x:?}");
+        assert!(info.iterations > 1);
+        // At a minimum it takes no step.
+        let info = Newton::new(&problem).solve(&problem, &mut x, &params);
+        assert_eq!(info.unwrap().iterations, 0, "{solver:?}");
+    }
+}

@@ -1,5 +1,6 @@
 //! b1, b2: poses of the mini face and their exact derivatives.
 
+use super::assembled::tight;
 use super::compare::{COLUMN, ENERGY, POSITION, Record, largest_difference};
 use super::input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
 use crate::numbers::{norm, worse};
@@ -57,7 +58,7 @@ impl B0 {
             .build()?;
         // Forces are about 1e5 here; the inner equilibria must be better than the comparison.
         let mut params = RigParams::default();
-        params.newton.gradient_tolerance = 1e-8;
+        params.newton.relative_gradient_tolerance = tight().relative_gradient_tolerance;
         Ok(Rig::new(assembly, &self.jaw_nodes, params)?)
     }
 }
