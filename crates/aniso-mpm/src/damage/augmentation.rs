@@ -9,7 +9,7 @@ use super::implicit::{ImplicitOptions, ImplicitSystem};
 use crate::blocks::{block_of, key};
 use crate::dispatch::dispatch;
 use crate::error::{MpmError, same_length};
-use crate::float::{Float, worse};
+use crate::float::Float;
 use crate::kernels::{Cubic, locate};
 use fem_kinematics::{Kernel, Mat};
 use rayon::prelude::*;
@@ -174,14 +174,7 @@ impl<const D: usize> Augmentation<D> {
         let of = |k: usize| parameters[k];
         let system = ImplicitSystem::new(&self.grid, &volume, &force, old, dt, &of, options)?;
         let solution = system.solve(options.tolerance)?;
-        // ERRATUM: the history of D̃ does not keep the bracket of section 2.2 positive once there
-        // is diffusion; without this the solve heals cracks.
-        Ok(system
-            .grid_to_particles(&solution)
-            .into_iter()
-            .zip(old)
-            .map(|(new, old)| worse(new, old.to_f64()))
-            .collect())
+        Ok(system.grid_to_particles(&solution))
     }
 
     /// Particles that can tear and lie within reach of one with d > 0 or D̃ > 0.

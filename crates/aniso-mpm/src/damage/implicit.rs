@@ -60,6 +60,8 @@ pub struct ImplicitSystem<'a, const D: usize> {
     lumped: Vec<f64>,
     diagonal: Vec<f64>,
     right_hand_side: Vec<f64>,
+    /// d_p before the step.
+    old: Vec<f64>,
 }
 
 impl<'a, const D: usize> ImplicitSystem<'a, D> {
@@ -111,6 +113,7 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
             lumped: vec![0.0; field.len()],
             diagonal: vec![1.0; field.len()],
             right_hand_side: vec![0.0; field.len()],
+            old: d.iter().map(|d| d.to_f64()).collect(),
         };
         for (i, [lumped, source, V, Vd]) in field.iter().copied().enumerate() {
             system.lumped[i] = lumped;
@@ -216,16 +219,26 @@ impl<'a, const D: usize> ImplicitSystem<'a, D> {
         }))
     }
 
-    /// d_p = min(1, Σ_i d_i w_ip) (alg. 10), kept between the old damage and 1.
+    /// max(d_p, min(1, Σ_i d_i w_ip)) (alg. 10), d_p being the damage before the step: a particle never
+    /// heals.
+    // ERRATUM: the history of D̃ does not keep the bracket of section 2.2 positive once there is
+    // diffusion; without the old damage the solve heals cracks.
     pub fn grid_to_particles(&self, d_grid: &[f64]) -> Vec<f64> {
+        let new = self.as_printed(d_grid).into_iter();
+        new.zip(&self.old)
+            .map(|(new, &old)| worse(new, old))
+            .collect()
+    }
+
+    /// min(1, Σ_i d_i w_ip), as alg. 10 has it; NaN stays.
+    pub(crate) fn as_printed(&self, d_grid: &[f64]) -> Vec<f64> {
         let mut grid = self.grid.clone();
         for (node, &d) in grid.field.iter_mut().zip(d_grid) {
             node[0] = d;
         }
-        grid.interpolate()
-            .into_iter()
-            .map(|d| d.clamp(0.0, 1.0))
-            .collect()
+        let mut d = grid.interpolate();
+        d.iter_mut().for_each(|d| *d = d.clamp(0.0, 1.0));
+        d
     }
 
     /// ∇Θ factors of particle p: the stencil and what replaces `w` on the differentiated axis.

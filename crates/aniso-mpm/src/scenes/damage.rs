@@ -179,7 +179,7 @@ fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
                 );
                 check(
                     &format!("{key}/d_particles"),
-                    &system.grid_to_particles(&solved),
+                    &system.as_printed(&solved),
                     &numbers(expected, "d_particles")?,
                 );
             }
@@ -218,12 +218,13 @@ fn uniform<const D: usize>(file: &Value) -> Result<Vec<Deviation>, String> {
         .map_err(|e| e.to_string())?;
     let solved = system.solve(1e-13).map_err(|e| e.to_string())?;
     let expected = vec![number(file, "d_new")?; count];
-    let ours = system.grid_to_particles(&solved);
+    let ours = system.as_printed(&solved);
     report.push("d_new", relative(&ours, &expected), TOLERANCE);
+    let dt = number(file, "dt_explicit")?;
     let explicit: Vec<f64> = grid
         .laplacians()
         .iter()
-        .map(|&l| explicit_update(&parameters, d, force, l, 0.002))
+        .map(|&l| explicit_update(&parameters, d, force, l, dt))
         .collect();
     let expected = vec![number(file, "explicit_d_new")?; count];
     report.push("explicit_d_new", relative(&explicit, &expected), TOLERANCE);

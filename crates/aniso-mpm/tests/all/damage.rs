@@ -1,7 +1,8 @@
 //! Damage in time: explicit against implicit, irreversibility, and a grid only where it is needed.
 use aniso_mpm::damage::{
-    Augmentation, DamageInput, DamageModel, DamageParameters, DamageUpdate, Director, Directors,
-    Gradient, ImplicitOptions, RightHandSide, cauchy_stress, stress_at_stretch, tensile_part,
+    Augmentation, DamageGrid, DamageInput, DamageModel, DamageParameters, DamageUpdate, Director,
+    Directors, Gradient, ImplicitOptions, ImplicitSystem, RightHandSide, cauchy_stress,
+    explicit_update, stress_at_stretch, tensile_part,
 };
 use fem_kinematics::{Mat, cauchy_from_piola};
 use fem_materials::{Material, NeoHookean};
@@ -195,4 +196,42 @@ fn defaults_of_the_document() {
     assert_eq!(parameters.length_scale, 0.15);
     assert_eq!(parameters.zeta, 1.0);
     assert_eq!((parameters.sigma_crit, parameters.eta), (7.0, 0.2));
+}
+
+#[test]
+fn a_step_ends_at_one_however_much_drives_it() {
+    let parameters = DamageParameters::new(H, 1.0, 0.05);
+    // d + Δt/η ((1 − d) D̃ − d) with no Laplacian: 0.9 + 20 (0.1 · 50 − 0.9) = 82.9.
+    assert_eq!(explicit_update(&parameters, 0.9, 50.0, 0.0, 1.0), 1.0);
+    let short = explicit_update(&parameters, 0.9, 50.0, 0.0, 1e-4);
+    assert!((short - (0.9 + 1e-4 / 0.05 * 4.1)).abs() < 1e-15);
+}
+
+/// The system by hand: nothing heals and nothing goes beyond 1, whoever calls it.
+#[test]
+fn a_direct_caller_gets_no_damage_above_one_and_none_that_heals() {
+    let x: Vec<[f64; 2]> = (0..64)
+        .map(|i| [0.05 * (i % 8) as f64, 0.05 * (i / 8) as f64])
+        .collect();
+    let old: Vec<f64> = (0..64).map(|i| if i == 27 { 0.8 } else { 0.1 }).collect();
+    let mut grid = DamageGrid::new(H);
+    grid.particles_to_grid(&x, &old).unwrap();
+    let (volume, force) = ([0.0025; 64], [0.0; 64]);
+    let constants = |_| DamageParameters::new(H, 1.0, 0.05);
+    let options = ImplicitOptions::default();
+    let system =
+        ImplicitSystem::new(&grid, &volume, &force, &old, 0.1, &constants, &options).unwrap();
+    let solved = system.solve(1e-10).unwrap();
+    // Nothing drives it, so that diffusion and the resistance alone would lower every number.
+    assert!(solved.iter().all(|d| *d < 0.8));
+    assert_eq!(system.grid_to_particles(&solved), old);
+    let large = vec![3.0; solved.len()];
+    assert_eq!(system.grid_to_particles(&large), [1.0; 64]);
+    let unknown = vec![f64::NAN; solved.len()];
+    assert!(
+        system
+            .grid_to_particles(&unknown)
+            .iter()
+            .all(|d| d.is_nan())
+    );
 }

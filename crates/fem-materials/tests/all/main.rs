@@ -7,6 +7,7 @@ mod filters;
 mod inversion;
 mod isotropic;
 mod lame;
+mod meaning;
 mod near_rest;
 mod numbers;
 mod qr;
