@@ -9,7 +9,7 @@ use fem_solvers::{LinearSolver, Newton, NewtonParams};
 use std::error::Error;
 use std::time::Instant;
 
-#[path = "../tests/spp_block/mod.rs"]
+#[path = "../tests/all/spp_block.rs"]
 mod spp_block;
 use spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
 

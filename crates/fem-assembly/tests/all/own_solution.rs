@@ -5,8 +5,6 @@ use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::{Material, MooneyRivlin, NeoHookean, Sum, VolumetricLog};
 use fem_solvers::{Newton, NewtonParams, StopReason};
 
-mod promise;
-
 /// A cube of edge `size`, meters, in n³ cells, its ends held.
 fn block<M: Material<3> + 'static>(n: usize, size: f64, material: M) -> Assembly<3> {
     let mesh = kuhn_grid(n, n, n, [size; 3]).unwrap();
@@ -37,7 +35,7 @@ fn solves_twice(assembly: &Assembly<3>, stretch: f64, what: &str) {
             let info = newton
                 .solve(&problem, &mut x, &params)
                 .unwrap_or_else(|e| panic!("{what}, tolerance {tolerance}, solve {attempt}: {e}"));
-            promise::kept(&problem, &x, &params, &info, what);
+            crate::promise::kept(&problem, &x, &params, &info, what);
             // A body at rest may have no force at all.
             assert!(
                 tolerance > 0.0 || info.stop == StopReason::Rounding || info.gradient_norm == 0.0,

@@ -9,8 +9,6 @@ use fem_materials::{HessianProjection, NeoHookean};
 use fem_solvers::{LinearSolver, Newton, NewtonInfo, NewtonParams, PreconditionerChoice};
 use std::ops::Range;
 
-mod promise;
-
 const N: usize = 4;
 
 fn flesh(mu: f64) -> NeoHookean {
@@ -87,7 +85,7 @@ fn solve(
     let info = Newton::new(&problem)
         .solve(&problem, &mut x, &params)
         .unwrap_or_else(|e| panic!("{what}: {e}"));
-    promise::kept(&problem, &x, &params, &info, what);
+    crate::promise::kept(&problem, &x, &params, &info, what);
     (problem.positions(&x), info)
 }
 

@@ -5,8 +5,7 @@ use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, NodalLoads, Quasistatic, VolumePatches};
 use fem_solvers::{Newton, NewtonParams};
 
-mod spp_block;
-use spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
+use crate::spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
 
 /// The quarter of the block, with the dead pressure of 3 MPa on [25, 50]² of its top.
 fn block(mesh: &SimplexMesh<3>) -> AssemblyBuilder<3> {

@@ -1,0 +1,7 @@
+//! One program: kernels of a model are compiled once for all tests that use it.
+
+mod bones;
+mod contact;
+mod controls;
+mod derivatives;
+mod weights;

@@ -1,0 +1,16 @@
+//! One program: kernels of a model are compiled once for all tests that use it.
+
+mod contact;
+mod derivatives;
+mod held;
+mod hertz;
+mod incompressible;
+mod loads;
+mod meaning;
+mod own_solution;
+mod promise;
+mod quadratic;
+mod rigid_contact;
+mod spp_block;
+mod stop_rule;
+mod terms;
