@@ -126,6 +126,13 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     fn merit(&self) -> Merit {
         self.merit
     }
+    fn largest_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let mut displacement = vec![[0.0; D]; self.positions.len()];
+        self.assembly.dofs().scatter(dx, &mut displacement);
+        let positions = self.positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        self.assembly.largest_step(at, &displacement)
+    }
     /// [`Assembly::force_scales`] times how far the body is strained, the largest ratio of the forces
     /// that meet in a node to its scale, at most 1; never more than the largest of those forces, so
     /// that a stiff island in soft flesh is balanced by what the flesh can do to it. Small loads, and the pressures of nearly

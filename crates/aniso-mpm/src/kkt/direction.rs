@@ -69,6 +69,7 @@ pub(super) fn kkt_step<P: ConstrainedProblem>(
     let (mut dx, mut lambda) = (vec![0.0; n], vec![0.0; m]);
     let (mut Hdx, mut pull, mut Gdx) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
     let (mut iterations, mut change) = (0, f64::INFINITY);
+    let size = x.iter().fold(0.0, |m, x| worse(m, x.abs()));
     for _ in 0..ROUNDS {
         // r1 = −∇E − ∇²E Δx + ∇cᵀλ,  r2 = c + ∇c Δx − λ/η
         problem.hessian(x, &dx, &mut Hdx);
@@ -85,11 +86,14 @@ pub(super) fn kkt_step<P: ConstrainedProblem>(
         let (correction, taken) = system.solve(&rhs)?;
         iterations += taken;
         problem.jacobian(&correction, &mut Gdx);
-        change = 0.0;
+        let (mut largest, mut moved) = (size, 0.0);
         for i in 0..n {
             dx[i] += correction[i];
-            change = worse(change, correction[i].abs() / (1.0 + dx[i].abs()));
+            moved = worse(moved, correction[i].abs());
+            largest = worse(largest, dx[i].abs());
         }
+        // A step of nothing but zeros has nothing to refine.
+        change = if moved == 0.0 { 0.0 } else { moved / largest };
         for j in 0..m {
             lambda[j] -= stiffness * (r2[j] + Gdx[j]);
         }

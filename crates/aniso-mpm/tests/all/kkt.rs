@@ -173,6 +173,26 @@ impl ConstrainedProblem for Twice {
     }
 }
 
+/// The step of a problem in another unit is the step in that unit: nothing is measured against 1.
+#[test]
+fn a_step_does_not_depend_on_the_unit() {
+    let exact = Kkt {
+        constraints: Constraints::Exact,
+        ..SOLVER
+    };
+    for unit in [1e-18, 1.0, 1e18] {
+        let problem = Nearest {
+            target: [1.0 * unit, 4.0 * unit],
+            sum: 2.0 * unit,
+        };
+        let step = exact.step(&problem, &[0.0; 2]).unwrap();
+        for (dx, expected) in step.dx.iter().zip([-0.5, 2.5]) {
+            assert!((dx / unit - expected).abs() < 1e-13, "{unit}: {dx}");
+        }
+        assert!((step.lambda[0] / unit + 1.5).abs() < 1e-12, "{unit}");
+    }
+}
+
 #[test]
 fn exact_constraints_are_met_exactly() {
     let exact = Kkt {

@@ -2,14 +2,14 @@
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    Assembly, AssemblyBuilder, AssemblyError, ContactPoint, Dofs, Quasistatic, RigidContact,
-    RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
+    Assembly, AssemblyBuilder, AssemblyError, ContactPoint, Dofs, NodalLoads, Quasistatic,
+    RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
 };
 use fem_kinematics::{HessianProjection, ImplicitSurface};
 use fem_materials::NeoHookean;
 use fem_solvers::{
     BlockSymmetric, LinearOperator, LinearSolver, Newton, NewtonInfo, NewtonParams,
-    ProjectionPolicy,
+    NonlinearProblem, ProjectionPolicy,
 };
 use std::sync::Arc;
 
@@ -370,6 +370,57 @@ fn no_step_leads_through_a_thin_solid() {
     };
     assert!(energy(-0.37) == 0.0 && energy(-0.43) > 0.0 && energy(-0.43).is_finite());
     assert_eq!(energy(-0.445), f64::INFINITY);
+}
+
+/// The same slab under a soft block, pulled so that the first Newton step leads past it.
+#[test]
+fn a_solve_does_not_pass_a_thin_solid() {
+    let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
+    let rest = mesh.nodes();
+    let slab = ImplicitSurface::Box {
+        min: [-1.0, -1.0, -0.5],
+        max: [2.0, 2.0, -0.4],
+    };
+    let faces = mesh.boundary().faces;
+    let of_nodes = |z: f64| (0..rest.len()).filter(move |&n| rest[n][2] == z);
+    let params = RigidContactParams {
+        activation: 0.02,
+        pressure: 1e4,
+        depth: 0.04,
+    };
+    let points = ContactPoint::on_faces(&mesh, &faces);
+    let contact =
+        RigidContact::new(RigidSurface::Implicit(slab), None, points, rest, params).unwrap();
+    let mut forces = vec![[0.0_f64; 3]; rest.len()];
+    of_nodes(0.0).for_each(|n| forces[n][2] = -400.0);
+    let top: Vec<usize> = of_nodes(1.0).collect();
+    let assembly = AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(rest, &top).unwrap())
+        .unwrap()
+        .material(NeoHookean {
+            mu: 1e3,
+            lambda: 1e3,
+        })
+        .unwrap()
+        .term(contact)
+        .unwrap()
+        .term(NodalLoads::new(forces.into_iter().enumerate().collect()).unwrap())
+        .unwrap()
+        .build()
+        .unwrap();
+    let problem = Quasistatic::new(&assembly, rest.to_vec(), vec![]).unwrap();
+    let mut x = problem.unknowns();
+    let mut dx = vec![0.0; x.len()];
+    dx.iter_mut().skip(2).step_by(3).for_each(|z| *z = -2.0);
+    assert!(problem.largest_step(&x, &dx) < 0.22);
+    let mut newton = Newton::new(&problem);
+    let params = NewtonParams::default();
+    newton.solve(&problem, &mut x, &params).unwrap();
+    let lowest = problem
+        .positions(&x)
+        .iter()
+        .map(|p| p[2])
+        .fold(0.0, f64::min);
+    assert!(lowest > -0.44 && lowest < -0.38, "{lowest}");
 }
 
 /// A pillar that stands in a cube, its triangles partly inside: what is left out leaves no gap through

@@ -35,7 +35,11 @@ pub(super) fn search<const D: usize>(
     let slope = dot(start.gradient, start.direction);
     let norm0 = norm(start.gradient);
     let cap = problem.largest_step(start.x, start.direction);
-    let mut t = if cap > 0.0 && cap < 1.0 { cap } else { 1.0 };
+    // No step at all stays inside; NaN says no more.
+    if !(cap > 0.0) {
+        return None;
+    }
+    let mut t = cap.min(1.0);
     for backtracks in 0..=params.max_backtracks {
         for ((trial, x), d) in trial.iter_mut().zip(start.x).zip(start.direction) {
             *trial = x + t * d;

@@ -85,7 +85,8 @@ pub trait NonlinearProblem<const D: usize> {
         self.energy(x)
     }
 
-    /// The largest `t` in `(0, 1]` for which `x + t dx` is safely inside the domain.
+    /// The largest `t` for which `x + t dx` is safely inside the domain, 1 or more for a whole step; 0
+    /// or NaN refuses the direction.
     fn largest_step(&self, _x: &[f64], _dx: &[f64]) -> f64 {
         1.0
     }

@@ -192,12 +192,14 @@ impl RigidContact {
         pressure * self.points[s].area * activation / 3.0 * lack * lack * lack
     }
 
-    /// The t at which a point that starts at x (at rest) and moves by `way` comes too deep; ∞ where
-    /// that is after t = 1. φ changes by no more than the way, so steps of the room that is left
-    /// never jump over a solid (conservative advancement; Mirtich 1996).
+    /// The t up to which a point that starts at x (at rest) and moves by `way` does not come too deep;
+    /// ∞ where that is after t = 1. φ changes by no more than the way, so steps of the room that is
+    /// left never jump over a solid (conservative advancement; Mirtich 1996), but one thinner than the
+    /// shortest step, a hundredth of the depth. 0 for a point that is too deep already.
     fn reaches(&self, x: [f64; 3], way: [f64; 3], least: f64) -> f64 {
         let length = norm(way);
-        let mut t = 0.0;
+        let shortest = 0.01 * self.params.depth;
+        let (mut t, mut before) = (0.0, 0.0);
         for _ in 0..MOST_ADVANCES {
             let gap = self.surface.distance(add(x, scale(way, t)));
             // Nothing is known farther away than what is sampled, but that it is not near.
@@ -206,10 +208,13 @@ impl RigidContact {
             } else {
                 gap - least
             };
-            if !(room > 0.02 * self.params.depth) {
-                return t;
+            if !(room > 0.0) {
+                // The energy tells how much of the first advance is too much.
+                return if before > 0.0 { before } else { 0.5 * t };
             }
-            t += 0.9 * room / length;
+            before = t;
+            // A point near its limit may slide along it or leave it.
+            t += (0.9 * room).max(shortest) / length;
             if t >= 1.0 {
                 return f64::INFINITY;
             }
