@@ -3,7 +3,9 @@
 use super::{Scene, Target};
 use face_rig::Stopwatch;
 use face_rig::anatomy::{JOINT_NAMES, JawJoint};
-use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization};
+use face_rig::fit::{
+    FitError, FitIteration, FitParams, FitReport, Goal, Goals, JawModel, Parametrization,
+};
 use face_rig::rig::{AffineMap, Rig};
 use fem_solvers::GaussNewtonFailure;
 use std::collections::BTreeMap;
@@ -173,7 +175,7 @@ pub fn fit_expression(
     let last = iterations.last();
     let ratios = rig.assembly().volume_ratios(&rig.solved().in_cranium_frame);
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
-    let outcome = possible(outcome, &ratios, &scene.joint, &parameters.jaw);
+    let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: goals.counted(),
@@ -227,8 +229,15 @@ fn past_limits(joint: &JawJoint, jaw: &AffineMap, share: f64) -> Vec<&'static st
     past.map(|((name, _), _)| name).collect()
 }
 
-/// A pose that no face can take ends no fit well.
-fn possible(outcome: Outcome, ratios: &[f64], joint: &JawJoint, jaw: &AffineMap) -> Outcome {
+/// A pose that no face can take ends no fit well. A jaw that only turns is held to how far it may
+/// open: that its condyles stay back while they should glide is what was asked for.
+fn possible(
+    outcome: Outcome,
+    ratios: &[f64],
+    joint: &JawJoint,
+    model: &JawModel,
+    jaw: &AffineMap,
+) -> Outcome {
     let Outcome::Converged(stop) = outcome else {
         return outcome;
     };
@@ -240,11 +249,13 @@ fn possible(outcome: Outcome, ratios: &[f64], joint: &JawJoint, jaw: &AffineMap)
             "{inverted} tets are inside out (worst: tet {tet}, det F {ratio:.2})"
         ));
     }
-    for name in past_limits(joint, jaw, LIMIT_SHARE) {
+    let turns = matches!(model, JawModel::Hinge(_));
+    let past = past_limits(joint, jaw, LIMIT_SHARE).into_iter();
+    for name in past.filter(|name| !turns || *name == JOINT_NAMES[0]) {
         wrong.push(format!("the jaw's {name} is beyond its limits"));
     }
     let beside = joint.closest(jaw).1;
-    if !(beside <= JawJoint::PLAY) {
+    if !turns && !(beside <= JawJoint::PLAY) {
         let mm = 1e3 * beside;
         wrong.push(format!(
             "the jaw is {mm:.1} mm beside the path of its joint"
@@ -296,7 +307,8 @@ mod tests {
 
     fn end(ratios: &[f64], jaw: &AffineMap) -> Outcome {
         let joint = Scene::builtin(5_000).expect("a face").joint;
-        possible(Outcome::Converged("step".into()), ratios, &joint, jaw)
+        let stop = Outcome::Converged("step".into());
+        possible(stop, ratios, &joint, &JawModel::Joint(joint), jaw)
     }
 
     fn impossible(ratios: &[f64], jaw: &AffineMap, words: &str) {
@@ -333,8 +345,27 @@ mod tests {
         impossible(&fine, &up, "beside the path of its joint");
         // What failed before stays what it was.
         let failed = Outcome::NotConverged("steps".into());
-        let kept = possible(failed.clone(), &[-1.0], &joint, &up);
+        let model = JawModel::Joint(joint);
+        let kept = possible(failed.clone(), &[-1.0], &joint, &model, &up);
         assert_eq!(kept, failed);
+    }
+
+    #[test]
+    fn a_jaw_that_only_turns_is_held_to_its_opening_alone() {
+        let joint = Scene::builtin(5_000).expect("a face").joint;
+        let turned = |radians| joint.hinge().motion(radians, [0.0; 3]);
+        let model = JawModel::Hinge(*joint.hinge());
+        let end = |jaw: &AffineMap| {
+            let stop = Outcome::Converged("step".into());
+            possible(stop, &[1.0], &joint, &model, jaw)
+        };
+        // Far from where the path of the condyles would have it, which a hinge does not know.
+        assert_eq!(
+            past_limits(&joint, &turned(0.5), LIMIT_SHARE),
+            ["protrusion"]
+        );
+        assert_eq!(end(&turned(0.5)), Outcome::Converged("step".into()));
+        assert!(matches!(end(&turned(0.9)), Outcome::Impossible(why) if why.contains("opening")));
     }
 
     #[test]

@@ -102,7 +102,7 @@ pub enum FaceSource {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BuiltinSpec {
-    /// About how many tetrahedra, 5,000 to 1,000,000.
+    /// About how many tetrahedra, 4,000 to 2,000,000.
     pub tets: usize,
 }
 

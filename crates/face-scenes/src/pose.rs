@@ -148,13 +148,15 @@ pub fn parse_controls<'a>(
             name: name.into(),
             hint: hint(name, influences.iter().map(|i| i.name.as_str())),
         })?;
-        let [low, high] = influences[k].range.unwrap_or([f64::MIN, f64::MAX]);
+        let least = influences[k].least();
+        let [low, high] = influences[k].range.unwrap_or([least, f64::MAX]);
         let value = text.parse().ok().filter(|v| low <= *v && *v <= high);
         values[k] = value.ok_or_else(|| SettingError::Control {
             setting: setting.into(),
             value: text.into(),
             allowed: match influences[k].range {
                 Some([low, high]) => format!("{low} to {high} {}", influences[k].unit()),
+                None if least > f64::MIN => format!("{least} or more"),
                 None => "finite".into(),
             },
         })?;

@@ -71,7 +71,7 @@ pub(super) fn load(
         None => None,
     };
     if let Some(file) = &spec.truth {
-        truth(&place.file(file), place.scale, &mut targets)?;
+        truth(&place.file(file), &mut targets)?;
     }
     Ok((skin, targets))
 }
@@ -371,13 +371,14 @@ struct JawTruth {
     translation_m: [f64; 3],
 }
 
-fn truth(path: &Path, scale: f64, targets: &mut [Target]) -> Result<(), SceneError> {
+fn truth(path: &Path, targets: &mut [Target]) -> Result<(), SceneError> {
     let mut entries: BTreeMap<String, TruthEntry> = json::read(path)?;
     for target in targets {
         let jaw = entries.remove(&target.name).and_then(|entry| entry.jaw);
         target.jaw_truth = jaw.map(|jaw| AffineMap {
             matrix: jaw.rotation,
-            translation: jaw.translation_m.map(|v| v * scale),
+            // Meters by its name, whatever unit the scene's lengths have.
+            translation: jaw.translation_m,
         });
     }
     Ok(())

@@ -141,9 +141,18 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
             "stop_mm": 1e3 * params.rms_change }),
         results,
     )?;
+    let unfinished = fits.iter().filter(|fit| !fit.converged());
+    let unfinished: Vec<&str> = unfinished.map(|fit| fit.name.as_str()).collect();
+    let end = match unfinished.as_slice() {
+        [] => Ok(()),
+        names => Err(Failure::NotConverged(format!(
+            "did not converge to a possible pose: {}",
+            names.join(", ")
+        ))),
+    };
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
-        return Ok(());
+        return end;
     }
     say(format!(
         "{}: {} nodes, {} muscles",
@@ -155,7 +164,8 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     say(format!(
         "look at {}; the report is report.json",
         out.folder().join("demo.png").display()
-    ))
+    ))?;
+    end
 }
 
 fn draw(

@@ -188,7 +188,7 @@ impl Fitting<'_> {
                         scope.spawn(move |_| gallery.add(target, &finished));
                         fits.push(fit);
                     }
-                    Err(FitError::Start(why)) => {
+                    Err(FitError::Start(why) | FitError::Pose(why)) => {
                         impossible.insert(target.name.clone(), why.to_string());
                     }
                     Err(error) => {

@@ -1,6 +1,6 @@
 //! `face-rig simulate`.
 
-use super::args::{OutputArgs, Pictures, SimulateArgs};
+use super::args::{Format, OutputArgs, Pictures, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
 use super::error::Failure;
 use super::output::{Output, say};
@@ -111,6 +111,8 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
         .map(|&e| format!("element {e} (det F {:.3})", ratios[e]))
         .collect();
     let (pose, positions) = (&last.parameters, last.positions());
+    // The flesh, whatever was asked for: what went wrong is inside it.
+    out.formats = vec![Format::Vtu];
     if let Err(failure) = out.write_shape("last_state", scene, rig, pose, &positions) {
         return failure;
     }
@@ -118,8 +120,9 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
         "{error}\n\
          squashed most in the last state that was solved: {}\n\
          that state is last_state.vtu in {}\n\
-         to try: a smaller jaw angle, lower activations, a model without a barrier \
-         (stable_neo_hookean), or a mesh with fewer flat tetrahedra near those named",
+         to try: a smaller jaw angle, lower activations, \"inversion\": \"allowed\" in the scene with \
+         a material that has no barrier of its own (stable_neo_hookean), or a mesh with fewer flat \
+         tetrahedra near those named",
         named.join(", "),
         out.folder().display()
     ))

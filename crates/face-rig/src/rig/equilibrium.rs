@@ -126,8 +126,14 @@ impl Rig {
         }
         let parameters = Parameters::rest(assembly.controls());
         let rest = assembly.rest().to_vec();
-        let at_rest = assembly.configuration(&rest, &parameters.activations)?;
-        if let Some(part) = assembly.free_motions(at_rest).into_iter().next() {
+        let relaxed = assembly.configuration(&rest, &parameters.activations)?;
+        let free = assembly.free_motions(relaxed);
+        // Springs that a control scales hold nothing at 0.
+        let set = vec![1.0; assembly.controls()];
+        let set = assembly.configuration(&rest, &set)?;
+        if let Some(part) = free.into_iter().next()
+            && !assembly.free_motions(set).is_empty()
+        {
             return Err(RigError::Free(part));
         }
         let newton = Newton::new(&Quasistatic::new(
@@ -199,7 +205,8 @@ impl Rig {
     pub fn work(&self) -> Work {
         self.work
     }
-    /// Makes an earlier pose the starting point of the next solve.
+    /// Makes an earlier pose the starting point of the next solve, which then depends on no pose
+    /// solved since.
     pub fn start_from(&mut self, solved: Equilibrium) -> Result<(), RigError> {
         self.check(&solved.parameters)?;
         let (found, expected) = (solved.in_cranium_frame.len(), self.assembly.rest().len());
@@ -210,6 +217,7 @@ impl Rig {
                 expected,
             });
         }
+        self.tangent.take_if(|tangent| tangent.at != solved);
         self.solved = solved;
         Ok(())
     }

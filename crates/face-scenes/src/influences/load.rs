@@ -68,7 +68,7 @@ pub(crate) fn load(
     Ok(all.into_iter().map(|(_, influence)| influence).collect())
 }
 
-/// Names are unique, ranges are ranges, and no muscle, region or coordinate is changed twice.
+/// Names are unique, ranges are ranges, and no muscle or region is changed twice; motions add up.
 fn check_all(place: &Place, all: &[(String, Influence)]) -> Result<(), SceneError> {
     for (k, (field, influence)) in all.iter().enumerate() {
         let name = &influence.name;
@@ -284,6 +284,11 @@ impl Reader<'_> {
         let by = spec.by.map(|d| d * place.scale);
         if !by.iter().all(|d| d.is_finite()) {
             return Err(place.field(format!("{field}.by"), "the numbers must be finite"));
+        }
+        if let Some(k) = (0..3).find(|k| by[*k] != 0.0 && !axes.contains(k)) {
+            let axis = ["x", "y", "z"][k];
+            let reason = format!("moves along {axis}, which is not among \"axes\"");
+            return Err(place.field(format!("{field}.by"), reason));
         }
         let moved = nodes
             .iter()

@@ -77,6 +77,14 @@ impl Influence {
         }
     }
 
+    /// The least value that makes sense: what is changed by less than −1 pushes the wrong way.
+    pub fn least(&self) -> f64 {
+        match self.kind {
+            InfluenceKind::Strength { .. } | InfluenceKind::Stiffness { .. } => -1.0,
+            _ => f64::MIN,
+        }
+    }
+
     /// The pressure of its cavity is 1 Pa.
     pub(super) fn cavity(&self) -> Option<Result<Cavity<3>, AssemblyError>> {
         let InfluenceKind::Cavity { faces, apex } = &self.kind else {

@@ -67,6 +67,10 @@ impl Body<'_> {
             keep(&|_, x| (0..3).all(|k| inside(x[k], k)));
         }
         if let Some(s) = spec.sphere {
+            if !(s.radius > 0.0) {
+                let reason = format!("{} is no radius; it must be above 0", s.radius);
+                return Err(self.place.field(format!("{field}.sphere.radius"), reason));
+            }
             let square =
                 |x: [f64; 3]| -> f64 { (0..3).map(|k| (x[k] - scale * s.center[k]).powi(2)).sum() };
             keep(&|_, x| square(x) <= (scale * s.radius).powi(2));

@@ -41,7 +41,7 @@ const ALL: &str = r#""regions": { "array": "layer", "labels": [
       "region": "flesh" }, "closed_by": { "point": [0.05, 0.1, 0.05] }, "pascals": 10, "range": [0, 500] }
   ],
   "motions": [
-    { "name": "pull", "nodes": { "nodes": [0, 20, 25] }, "axes": "xz", "by": [0.004, 1, 0.002], "range": [0, 1] },
+    { "name": "pull", "nodes": { "nodes": [0, 20, 25] }, "axes": "xz", "by": [0.004, 0, 0.002], "range": [0, 1] },
     { "name": "still", "nodes": { "sphere": { "center": [0.1, 0.2, 0.05], "radius": 0.001 } }, "by": [0, 0.003, 0] }
   ],
   "strengths": [ { "name": "smiler", "muscle": "smile", "change": 0.5, "range": [-1, 2] } ],
@@ -217,6 +217,14 @@ fn places_and_ranges_that_make_no_sense_are_named() {
         (
             r#""motions": [ { "name": "pull", "nodes": { "nodes": [20] }, "axes": "zx", "by": [0, 0, 1] } ]"#.into(),
             vec!["motions[0].axes", "x, y and z"],
+        ),
+        (
+            r#""motions": [ { "name": "pull", "nodes": { "nodes": [20] }, "axes": "xz", "by": [0, 1, 0] } ]"#.into(),
+            vec!["motions[0].by", "along y", "not among"],
+        ),
+        (
+            r#""motions": [ { "name": "pull", "nodes": { "sphere": { "center": [0, 0, 0], "radius": 0 } }, "by": [0, 1, 0] } ]"#.into(),
+            vec!["motions[0].nodes.sphere.radius", "above 0"],
         ),
         (
             r#""motions": [ { "name": "pull", "nodes": { "nodes": [0] }, "by": [0, 0, 1] } ]"#.into(),

@@ -337,7 +337,8 @@ impl<'d, const D: usize> Newton<'d, D> {
             .zip(&moved)
             .enumerate()
             .all(|(i, (g, moved))| {
-                let own = own.as_ref().map_or(0.0, |own| own[i]);
+                let own = own.as_ref().and_then(|own| own.get(i)).copied();
+                let own = own.unwrap_or(0.0);
                 let floor = ROUNDING_UNITS * f64::EPSILON * moved;
                 let floor = if floor >= own { floor } else { own };
                 target.allows(i, *g) || (floor < f64::INFINITY && g.abs() <= floor)

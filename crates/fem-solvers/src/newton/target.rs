@@ -27,7 +27,8 @@ impl Target {
         // The problem has to evaluate something to tell, so it is asked only if it matters.
         let asked = share > 0.0 && params.reference.is_none();
         let scales = asked.then(|| problem.gradient_scales(x)).flatten();
-        let relative = match scales.filter(|s| s.len() == x.len()) {
+        let usable = |s: &Vec<f64>| s.len() == x.len() && s.iter().all(|s| s.is_finite());
+        let relative = match scales.filter(usable) {
             Some(mut scales) => {
                 scales.iter_mut().for_each(|s| *s *= share);
                 Relative::Each(scales)

@@ -6,7 +6,7 @@ use crate::error::AssemblyError;
 use fem_kinematics::Mat;
 use fem_solvers::parallel::map;
 
-/// Samples that fit in memory with ease: 0.5 GB.
+/// Most samples of a surface: 0.5 GB once made, several times that while they are made.
 const MOST_SAMPLES: f64 = 6.4e7;
 
 /// Neighbors on both sides of a face at right angles to the grid have distances that add up to the

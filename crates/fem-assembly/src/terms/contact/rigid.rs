@@ -105,8 +105,8 @@ impl RigidContact {
     /// matter; those of `points` that can never reach it cost a look at the distance each.
     ///
     /// # Errors
-    /// When a number is not positive or not finite, the solid makes no sense, a node does not exist,
-    /// or an element of a point holds a node of the frame.
+    /// When a number is not positive or not finite, the solid makes no sense, or a node does not exist.
+    /// An element of a point that holds a node of the frame is refused where the term is added.
     pub fn new(
         surface: RigidSurface,
         frame: Option<RigidFrame>,
