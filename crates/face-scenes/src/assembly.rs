@@ -1,5 +1,6 @@
 //! From a scene to forces: materials, fibers and fixed nodes as one assembly.
 
+use super::defect::{Defect, FibersDefect, MaterialDefect};
 use super::format::{Inversion, Volume};
 use super::material::{FiberCurve, FiberStretch, NamedMaterial, Region};
 use super::{Scene, SceneError};
@@ -22,7 +23,7 @@ impl Scene {
     /// [`SceneError::Invalid`] where a tension table is no curve, or the mesh cannot be assembled.
     pub fn assembly(&self) -> Result<Assembly<3>, SceneError> {
         self.assemble()
-            .map_err(|(place, reason)| SceneError::invalid(&self.path, place, reason))
+            .map_err(|(field, defect)| SceneError::invalid(&self.path, field, *defect))
     }
 
     fn assemble(&self) -> Result<Assembly<3>, Refusal> {
@@ -34,7 +35,7 @@ impl Scene {
         let touching = self
             .contact
             .add_to(builder, &self.mesh, &self.bones, &self.embedding);
-        let mut builder = touching.map_err(|e| ("contact", e.to_string()))?;
+        let mut builder = touching.map_err(|e| refusal("contact", e))?;
         let mut by_control: BTreeMap<Option<usize>, Vec<Fiber>> = BTreeMap::new();
         by_control.insert(None, Vec::new());
         for entry in self.fiber_field.entries() {
@@ -58,7 +59,7 @@ impl Scene {
             let inside = of_tet.filter(|(_, region)| **region as usize == r);
             let tets: Vec<usize> = inside.map(|(tet, _)| tet).collect();
             if !tets.is_empty() {
-                let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
+                let in_region = |e| in_region(region, e);
                 let (material, rest) = self.split(&region.material).map_err(in_region)?;
                 let control = self.stiffness_of(r);
                 if control.is_some() {
@@ -97,13 +98,13 @@ impl Scene {
         region: &Region,
         tets: &[usize],
     ) -> Result<AssemblyBuilder<3>, Refusal> {
-        let in_region = |e: ModelError| ("material", format!("{}: {e}", region.name));
-        let Lame { mu, .. } = region.material.at_rest().map_err(in_region)?;
+        let at_rest = region.material.at_rest();
+        let Lame { mu, .. } = at_rest.map_err(|e| in_region(region, e))?;
         if !(self.inversion == Inversion::Barred && mu > 0.0) {
             return Ok(builder);
         }
         let barrier = VolumeBarrier::new(BARRED_BELOW, mu);
-        let barrier = barrier.map_err(|e| ("material", e.to_string()))?;
+        let barrier = barrier.map_err(|e| refusal("material", MaterialDefect::from(e)))?;
         // What only bones move no force can hold; it is counted and named instead.
         let free = |&n: &u32| self.bones.of_node()[n as usize] == Bone::Free;
         let held = |&tet: &usize| !self.mesh.tet(tet).iter().any(free);
@@ -147,7 +148,8 @@ impl Scene {
             }
             FiberCurve::Table { active, passive } => {
                 let curve = table(active, passive);
-                let curve = curve.map_err(|e| ("fibers.curve.table", e.to_string()))?;
+                let refused = |e| refusal("fibers.curve.table", FibersDefect::Curve(e));
+                let curve = curve.map_err(refused)?;
                 builder.fibers(FiberLaw { curve, stretch }, count, fibers)
             }
         };
@@ -165,11 +167,20 @@ impl Scene {
     }
 }
 
-/// The field and the reason.
-type Refusal = (&'static str, String);
+/// The field and what is wrong with it.
+pub(super) type Refusal = (&'static str, Box<Defect>);
 
-fn in_mesh(error: AssemblyError) -> Refusal {
-    ("face", error.to_string())
+fn refusal(field: &'static str, defect: impl Into<Defect>) -> Refusal {
+    (field, Box::new(defect.into()))
+}
+
+pub(super) fn in_mesh(error: AssemblyError) -> Refusal {
+    refusal("face", error)
+}
+
+fn in_region(region: &Region, error: ModelError) -> Refusal {
+    let (region, defect) = (region.name.clone(), Box::new(error));
+    refusal("material", MaterialDefect::InRegion { region, defect })
 }
 
 /// Adds what `add` adds, changed by a control where there is one.

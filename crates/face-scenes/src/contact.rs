@@ -1,5 +1,6 @@
 //! What the flesh of a scene touches: bones and eyeballs that it may not enter, and itself.
 
+use super::defect::{ContactDefect, Location};
 use super::load::Place;
 use super::{SceneError, json};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint};
@@ -149,7 +150,7 @@ pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneEr
         ("contact.spacing", spacing),
     ] {
         if !(value > 0.0 && value < f64::INFINITY) {
-            return Err(place.field(field, format!("{value} must be finite and above 0")));
+            return Err(place.field(field, ContactDefect::NotPositive { value }));
         }
     }
     let mut solids = Vec::new();
@@ -191,9 +192,8 @@ fn shapes(
                 (Some(array), Some(label)) => Some((array.as_str(), *label)),
                 (None, None) => None,
                 _ => {
-                    let reason =
-                        "\"array\" and \"label\" choose triangles together; give both or none";
-                    return Err(place.field(format!("{field}.shape.triangles"), reason));
+                    let field = format!("{field}.shape.triangles");
+                    return Err(place.field(field, ContactDefect::HalfChosen));
                 }
             };
             return Ok(vec![triangles(place, &path, chosen, spacing, activation)?]);
@@ -218,7 +218,7 @@ fn shapes(
     };
     implicit
         .check(1e-3)
-        .map_err(|e| place.field(format!("{field}.shape"), e.to_string()))?;
+        .map_err(|e| place.field(format!("{field}.shape"), ContactDefect::from(e)))?;
     Ok(vec![(RigidSurface::Implicit(implicit), bounds(&implicit))])
 }
 
@@ -253,9 +253,10 @@ fn triangles(
         let labels = file.point_integers(array)?;
         triangles.retain(|t| t.iter().all(|&n| labels[n as usize] == label));
         if triangles.is_empty() {
-            let reason = format!("no triangle has corners of label {label} alone");
-            let place = format!("point data array \"{array}\"");
-            return Err(SceneError::invalid(path, place, reason));
+            let name = array.to_owned();
+            let location = Location::PointArray { name, point: None };
+            let defect = ContactDefect::NoTriangle { label };
+            return Err(SceneError::invalid(path, location, defect));
         }
     }
     let points: Vec<[f64; 3]> = file
@@ -264,7 +265,7 @@ fn triangles(
         .map(|p| p.map(|c| c * place.scale))
         .collect();
     let sampled = SampledDistance::new(&points, &triangles, spacing, activation)
-        .map_err(|e| SceneError::invalid(path, "triangles", e.to_string()))?;
+        .map_err(|e| SceneError::invalid(path, Location::Triangles, e))?;
     let corners = || triangles.as_flattened().iter().map(|&n| points[n as usize]);
     let least = |i: usize| corners().map(|p| p[i]).fold(f64::INFINITY, f64::min);
     let most = |i: usize| corners().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max);
@@ -290,8 +291,9 @@ fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
             center: eye.centre_m,
             radius: eye.radius_m,
         };
-        ball.check(1e-3)
-            .map_err(|e| SceneError::invalid(path, format!("eyeballs.{name}"), e.to_string()))?;
+        ball.check(1e-3).map_err(|e| {
+            SceneError::invalid(path, format!("eyeballs.{name}"), ContactDefect::from(e))
+        })?;
         Ok((RigidSurface::Implicit(ball), bounds(&ball)))
     };
     read.eyeballs.into_iter().map(ball).collect()

@@ -1,7 +1,7 @@
 //! What can be wrong with a scene.
 
+use super::defect::{Defect, Location};
 use super::json;
-use face_rig::anatomy::HingeError;
 use fem_assembly::mesh::MeshFileError;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// A JSON file does not have the form it should.
-    #[error("{}:{line}:{column}: {field}{reason}", path.display())]
+    #[error("{}:{line}:{column}: {}", path.display(), json::Said { field, source: &**source })]
     Syntax {
         /// The file.
         path: PathBuf,
@@ -26,20 +26,20 @@ pub enum SceneError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// The field's path and a colon, like `bones.jaw: `, or nothing for the whole file.
-        field: String,
-        /// What is wrong.
-        reason: String,
+        /// The field's path, like `bones.jaw`; `None` for the whole file.
+        field: Option<String>,
+        /// What the reader of JSON says.
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// A field of the scene file, or an entry of a file it names, does not fit the rest.
-    #[error("{}: {place}: {reason}", path.display())]
+    #[error("{}: {location}: {defect}", path.display())]
     Invalid {
         /// The file.
         path: PathBuf,
-        /// "line 12", the field, or both.
-        place: String,
+        /// The field, or the line or entry.
+        location: Location,
         /// What is wrong and what to do.
-        reason: String,
+        defect: Box<Defect>,
     },
     /// The mesh or one of its arrays.
     #[error(transparent)]
@@ -55,20 +55,17 @@ impl SceneError {
     }
     pub(super) fn invalid(
         path: &Path,
-        place: impl Into<String>,
-        reason: impl Into<String>,
+        location: impl Into<Location>,
+        defect: impl Into<Defect>,
     ) -> Self {
-        let mut place = place.into();
-        if let Some(line) = json::line_in_file(path, &place) {
-            place = format!("line {line}, {place}");
+        let mut location = location.into();
+        if let Location::Field { path: field, line } = &mut location {
+            *line = json::line_in_file(path, field);
         }
         Self::Invalid {
             path: path.to_path_buf(),
-            place,
-            reason: reason.into(),
+            location,
+            defect: Box::new(defect.into()),
         }
-    }
-    pub(super) fn hinge(path: &Path, place: &str) -> impl FnOnce(HingeError) -> Self {
-        move |error| Self::invalid(path, place, error.to_string())
     }
 }

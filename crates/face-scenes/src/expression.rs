@@ -1,11 +1,10 @@
 //! One expression of a scene, fitted: landmarks (and dense skin where asked) to activations and jaw.
 
+use super::outcome::{LIMIT_SHARE, Outcome, Unfinished, past_limits, possible};
 use super::{Scene, Target};
 use face_rig::Stopwatch;
-use face_rig::anatomy::{JOINT_NAMES, JawJoint};
-use face_rig::fit::{
-    FitError, FitIteration, FitParams, FitReport, Goal, Goals, JawModel, Parametrization,
-};
+use face_rig::anatomy::JawJoint;
+use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization};
 use face_rig::rig::{AffineMap, Rig};
 use fem_solvers::GaussNewtonFailure;
 use std::collections::BTreeMap;
@@ -103,19 +102,6 @@ pub struct DenseError {
     pub largest_mm: f64,
 }
 
-/// The end of a fit.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Outcome {
-    /// A stop rule was met.
-    Converged(String),
-    /// It was not; the best pose was kept.
-    NotConverged(String),
-    /// It was met at a pose that no face can take: flesh inside out, or a jaw out of its joint.
-    Impossible(String),
-}
-
 impl ExpressionFit {
     /// RMS after, as a share of that before.
     pub fn remaining(&self) -> f64 {
@@ -151,15 +137,13 @@ pub fn fit_expression(
     let fitter = goals.fitter(map, params);
     let (report, outcome) = match fitter.fit(rig, start, observer) {
         Ok(report) => {
-            let why = report.stop.map(|stop| format!("{stop:?}").to_lowercase());
-            (report, Outcome::Converged(why.unwrap_or_default()))
+            let stop = report.stop;
+            (report, Outcome::Converged(stop))
         }
         Err(FitError::NotConverged { source, best }) => {
             let why = match source.reason {
-                GaussNewtonFailure::NotConverged => {
-                    format!("{} steps were not enough", source.iteration)
-                }
-                reason => reason.to_string(),
+                GaussNewtonFailure::NotConverged => Unfinished::Steps(source.iteration),
+                reason => Unfinished::Failed(Box::new(reason)),
             };
             (*best, Outcome::NotConverged(why))
         }
@@ -214,59 +198,6 @@ fn jaw_pose(joint: &JawJoint, jaw: &AffineMap, truth: Option<&AffineMap>) -> Jaw
     }
 }
 
-/// The share of a range that counts as its end.
-const LIMIT_SHARE: f64 = 1e-6;
-
-/// The numbers of a joint that lie past their limits by more than a share of the range.
-fn past_limits(joint: &JawJoint, jaw: &AffineMap, share: f64) -> Vec<&'static str> {
-    let (numbers, _) = joint.closest(jaw);
-    let all = JOINT_NAMES.into_iter().zip(numbers);
-    let all = all.zip(joint.limits().to_array());
-    let past = all.filter(|((_, number), [lower, upper])| {
-        let slack = share * (upper - lower);
-        !(lower - slack <= *number && *number <= upper + slack)
-    });
-    past.map(|((name, _), _)| name).collect()
-}
-
-/// A pose that no face can take ends no fit well. A jaw that only turns is held to how far it may
-/// open: that its condyles stay back while they should glide is what was asked for.
-fn possible(
-    outcome: Outcome,
-    ratios: &[f64],
-    joint: &JawJoint,
-    model: &JawModel,
-    jaw: &AffineMap,
-) -> Outcome {
-    let Outcome::Converged(stop) = outcome else {
-        return outcome;
-    };
-    let mut wrong = Vec::new();
-    let inverted = ratios.iter().filter(|ratio| !(**ratio > 0.0)).count();
-    let worst = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-    if let (1.., Some((tet, ratio))) = (inverted, worst) {
-        wrong.push(format!(
-            "{inverted} tets are inside out (worst: tet {tet}, det F {ratio:.2})"
-        ));
-    }
-    let turns = matches!(model, JawModel::Hinge(_));
-    let past = past_limits(joint, jaw, LIMIT_SHARE).into_iter();
-    for name in past.filter(|name| !turns || *name == JOINT_NAMES[0]) {
-        wrong.push(format!("the jaw's {name} is beyond its limits"));
-    }
-    let beside = joint.closest(jaw).1;
-    if !turns && !(beside <= JawJoint::PLAY) {
-        let mm = 1e3 * beside;
-        wrong.push(format!(
-            "the jaw is {mm:.1} mm beside the path of its joint"
-        ));
-    }
-    match wrong.as_slice() {
-        [] => Outcome::Converged(stop),
-        wrong => Outcome::Impossible(wrong.join("; ")),
-    }
-}
-
 fn dense_error(scene: &Scene, target: &Target, x: &[[f64; 3]]) -> Option<DenseError> {
     target.dense.as_ref()?;
     let goals = goals(scene, target, Observed::Dense);
@@ -304,69 +235,6 @@ fn goals(scene: &Scene, target: &Target, seen: Observed) -> Goals {
 mod tests {
     use super::*;
     use crate::Scene;
-
-    fn end(ratios: &[f64], jaw: &AffineMap) -> Outcome {
-        let joint = Scene::builtin(5_000).expect("a face").joint;
-        let stop = Outcome::Converged("step".into());
-        possible(stop, ratios, &joint, &JawModel::Joint(joint), jaw)
-    }
-
-    fn impossible(ratios: &[f64], jaw: &AffineMap, words: &str) {
-        match end(ratios, jaw) {
-            Outcome::Impossible(why) => assert!(why.contains(words), "{why}"),
-            other => panic!("{other:?} for {words}"),
-        }
-    }
-
-    #[test]
-    fn a_pose_that_no_face_can_take_is_no_good_end() {
-        let joint = Scene::builtin(5_000).expect("a face").joint;
-        let at = |numbers| joint.motion(numbers).0;
-        let fine = [1.0, 0.2];
-        for numbers in [
-            [0.0; 4],
-            [0.69, 0.01, -0.005, 0.08],
-            [-0.03, -0.002, 0.0, 0.0],
-        ] {
-            let stop = Outcome::Converged("step".into());
-            assert_eq!(end(&fine, &at(numbers)), stop, "{numbers:?}");
-        }
-        let inside_out = "2 tets are inside out (worst: tet 2, det F -0.50)";
-        impossible(&[1.0, -0.1, -0.5], &AffineMap::IDENTITY, inside_out);
-        impossible(&[f64::NAN], &AffineMap::IDENTITY, "1 tets are inside out");
-        impossible(&fine, &at([0.8, 0.0, 0.0, 0.0]), "jaw's opening is beyond");
-        impossible(
-            &fine,
-            &at([0.1, 0.0, 0.006, 0.0]),
-            "jaw's lateral shift is beyond",
-        );
-        let mut up = at([0.0; 4]);
-        up.translation[1] += 0.02;
-        impossible(&fine, &up, "beside the path of its joint");
-        // What failed before stays what it was.
-        let failed = Outcome::NotConverged("steps".into());
-        let model = JawModel::Joint(joint);
-        let kept = possible(failed.clone(), &[-1.0], &joint, &model, &up);
-        assert_eq!(kept, failed);
-    }
-
-    #[test]
-    fn a_jaw_that_only_turns_is_held_to_its_opening_alone() {
-        let joint = Scene::builtin(5_000).expect("a face").joint;
-        let turned = |radians| joint.hinge().motion(radians, [0.0; 3]);
-        let model = JawModel::Hinge(*joint.hinge());
-        let end = |jaw: &AffineMap| {
-            let stop = Outcome::Converged("step".into());
-            possible(stop, &[1.0], &joint, &model, jaw)
-        };
-        // Far from where the path of the condyles would have it, which a hinge does not know.
-        assert_eq!(
-            past_limits(&joint, &turned(0.5), LIMIT_SHARE),
-            ["protrusion"]
-        );
-        assert_eq!(end(&turned(0.5)), Outcome::Converged("step".into()));
-        assert!(matches!(end(&turned(0.9)), Outcome::Impossible(why) if why.contains("opening")));
-    }
 
     #[test]
     fn the_jaw_is_told_in_its_own_numbers_and_compared_with_the_truth() {

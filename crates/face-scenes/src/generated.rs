@@ -1,5 +1,6 @@
 //! The face that the program makes, as a scene.
 
+use super::defect::Defect;
 use super::load::{Flesh, Place};
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::BuiltinFace;
@@ -26,11 +27,11 @@ pub(super) fn flesh(
     tets: usize,
     material: NamedMaterial,
 ) -> Result<Flesh, SceneError> {
-    let refuse = |reason: String| place.field("face.builtin.tets", reason);
-    let face = BuiltinFace::with_tets(tets).map_err(|e| refuse(e.to_string()))?;
+    let refuse = |defect: Defect| place.field("face.builtin.tets", defect);
+    let face = BuiltinFace::with_tets(tets).map_err(|e| refuse(e.into()))?;
     let skin_triangles = face.skin();
     let connectivity = face.tets.as_flattened().to_vec();
-    let mesh = SimplexMesh::new(face.nodes, connectivity).map_err(|e| refuse(e.to_string()))?;
+    let mesh = SimplexMesh::new(face.nodes, connectivity).map_err(|e| refuse(e.into()))?;
     let count = face.muscles.len();
     let field = FiberField::new(face.fibers, mesh.num_elements(), count);
     let landmarks = face.landmarks.iter().zip(0..).map(|(l, index)| Landmark {
@@ -39,12 +40,12 @@ pub(super) fn flesh(
         point: *l,
     });
     let joint = JawJoint::new(face.hinge, CondylarPath::ADULT, JointLimits::ADULT);
-    let joint = joint.map_err(|e| refuse(e.to_string()))?;
+    let joint = joint.map_err(|e| refuse(e.into()))?;
     Ok(Flesh {
         repairs: Repairs::default(),
         bones: Bones::new(face.bone),
         joint,
-        fiber_field: field.map_err(|e| refuse(e.to_string()))?,
+        fiber_field: field.map_err(|e| refuse(e.into()))?,
         muscles: face
             .muscles
             .into_iter()

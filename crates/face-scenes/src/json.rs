@@ -2,6 +2,7 @@
 
 use super::SceneError;
 use serde::de::DeserializeOwned;
+use std::fmt;
 use std::path::Path;
 
 /// Reads a whole JSON file as `T`.
@@ -12,26 +13,38 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, SceneError> {
 }
 
 pub(super) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, SceneError> {
-    let syntax = |error: &serde_json::Error, field: String| {
-        // serde_json appends the place, which the message already has.
-        let reason = error.to_string();
-        let end = reason.rfind(" at line ").unwrap_or(reason.len());
-        SceneError::Syntax {
-            path: path.to_path_buf(),
-            line: error.line(),
-            column: error.column(),
-            field: match field.as_str() {
-                "." => String::new(),
-                _ => format!("{field}: "),
-            },
-            reason: reason[..end].to_owned(),
-        }
+    let syntax = |error: serde_json::Error, field: Option<String>| SceneError::Syntax {
+        path: path.to_path_buf(),
+        line: error.line(),
+        column: error.column(),
+        field,
+        source: error.into(),
     };
     let mut source = serde_json::Deserializer::from_str(text);
-    let value = serde_path_to_error::deserialize(&mut source)
-        .map_err(|error| syntax(error.inner(), error.path().to_string()))?;
-    source.end().map_err(|error| syntax(&error, ".".into()))?;
+    let value = serde_path_to_error::deserialize(&mut source).map_err(|error| {
+        let field = Some(error.path().to_string()).filter(|field| field != ".");
+        syntax(error.into_inner(), field)
+    })?;
+    source.end().map_err(|error| syntax(error, None))?;
     Ok(value)
+}
+
+/// The field and what the reader says of it.
+pub(super) struct Said<'a> {
+    pub field: &'a Option<String>,
+    pub source: &'a dyn std::error::Error,
+}
+
+impl fmt::Display for Said<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(field) = self.field {
+            write!(f, "{field}: ")?;
+        }
+        // serde_json appends the place, which the message already has.
+        let reason = self.source.to_string();
+        let end = reason.rfind(" at line ").unwrap_or(reason.len());
+        f.write_str(&reason[..end])
+    }
 }
 
 /// The line, from 1, of a field like `face.files.bones` in a JSON file; none for other files, and for

@@ -120,6 +120,7 @@
 //! `ict_vertex,tet,w0,w1,w2,w3`, landmarks `target,landmark,ict_vertex,x,y,z`.
 
 pub mod builtin;
+pub mod defect;
 
 mod assembly;
 mod check;
@@ -134,6 +135,7 @@ mod load;
 mod material;
 mod muscles;
 mod names;
+mod outcome;
 mod pose;
 mod reactions;
 mod rig;
@@ -143,7 +145,7 @@ mod targets;
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
 pub use error::SceneError;
-pub use expression::{DenseError, ExpressionFit, JawPose, Observed, Outcome, fit_expression};
+pub use expression::{DenseError, ExpressionFit, JawPose, Observed, fit_expression};
 pub use format::{
     BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inversion,
     Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, MusclesSpec, NamesSpec, PathSpec,
@@ -154,9 +156,11 @@ pub use influences::{
     PlaceSpec, SphereSpec, StiffnessSpec, StrengthSpec,
 };
 pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
-pub use pose::{SettingError, parse_activations, parse_angle, parse_controls};
+pub use outcome::{ImpossiblePose, Outcome, Unfinished};
+pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
 
+use defect::TargetDefect;
 use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, Muscle};
 use face_rig::fit::Goal;
 use fem_assembly::mesh::{Repairs, SimplexMesh};
@@ -334,17 +338,19 @@ impl Scene {
     /// [`SceneError::Invalid`], with a suggestion for names that are almost right.
     pub fn target(&self, name: &str) -> Result<&Target, SceneError> {
         self.targets.iter().find(|t| t.name == name).ok_or_else(|| {
-            let hint = names::hint(name, self.targets.iter().map(|t| t.name.as_str()));
             let place = if self.path.as_os_str().is_empty() {
                 Path::new(&self.name)
             } else {
                 &self.path
             };
-            let reason = match self.targets.as_slice() {
-                [] => "the scene has no targets; name a table with --targets".to_owned(),
-                _ => format!("there is no target \"{name}\"{hint}"),
+            let defect = match self.targets.as_slice() {
+                [] => TargetDefect::None,
+                targets => TargetDefect::Unknown {
+                    name: name.to_owned(),
+                    similar: names::similar(name, targets.iter().map(|t| t.name.as_str())),
+                },
             };
-            SceneError::invalid(place, "targets", reason)
+            SceneError::invalid(place, "targets", defect)
         })
     }
 }

@@ -1,5 +1,6 @@
 //! From a scene file to plain data: the flesh, its bones and what it is made of.
 
+use super::defect::{Defect, FleshDefect, Location};
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec, JointSpec,
     PathSpec, RegionsSpec, SceneFile, Volume,
@@ -30,8 +31,8 @@ impl Place<'_> {
     pub fn file(&self, relative: &Path) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(relative)
     }
-    pub fn field(&self, field: impl Into<String>, reason: impl Into<String>) -> SceneError {
-        SceneError::invalid(self.path, field, reason)
+    pub fn field(&self, field: impl Into<Location>, defect: impl Into<Defect>) -> SceneError {
+        SceneError::invalid(self.path, field, defect)
     }
 }
 
@@ -57,11 +58,8 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         scale: file.scale,
     };
     if !(file.scale > 0.0 && file.scale.is_finite()) {
-        let reason = format!(
-            "{} must be meters per unit, above 0; 0.001 for mm",
-            file.scale
-        );
-        return Err(place.field("scale", reason));
+        let scale = file.scale;
+        return Err(place.field("scale", FleshDefect::Scale { scale }));
     }
     if let Some(defect) = file.fibers.defect() {
         return Err(place.field("fibers", defect));
@@ -75,8 +73,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
             from_files(&place, files, read, file.regions.as_ref(), material)?
         }
         FaceSource::Builtin(_) if file.regions.is_some() => {
-            let reason = "the built-in face has no arrays to tell regions by; leave it out";
-            return Err(place.field("regions", reason));
+            return Err(place.field("regions", FleshDefect::RegionsOfBuiltin));
         }
         FaceSource::Builtin(spec) => generated::flesh(&place, spec.tets, material)?,
     };
@@ -189,12 +186,19 @@ fn mesh(
     };
     let (mesh, repairs) = file.tet_mesh(orientation, Orphans::Refuse)?;
     let scaled = mesh.scaled(place.scale);
-    let reason = format!("{} makes coordinates overflow", place.scale);
-    Ok((scaled.ok_or_else(|| place.field("scale", reason))?, repairs))
+    let overflows = || {
+        let scale = place.scale;
+        place.field("scale", FleshDefect::ScaleOverflows { scale })
+    };
+    Ok((scaled.ok_or_else(overflows)?, repairs))
 }
 
 fn bones(file: &MeshFile, spec: &BonesSpec) -> Result<Bones, SceneError> {
     let labels = file.point_integers(&spec.array)?;
+    let array = |point| Location::PointArray {
+        name: spec.array.clone(),
+        point,
+    };
     let known = [
         (spec.free, Bone::Free),
         (spec.cranium, Bone::Cranium),
@@ -203,13 +207,13 @@ fn bones(file: &MeshFile, spec: &BonesSpec) -> Result<Bones, SceneError> {
     let bone = |(node, label): (usize, &i64)| {
         let found = known.iter().find(|(l, _)| l == label);
         found.map(|&(_, bone)| bone).ok_or_else(|| {
-            let reason = format!(
-                "label {label} is neither free ({}), cranium ({}) nor jaw ({}); correct \"bones\" in \
-                 the scene file",
-                spec.free, spec.cranium, spec.jaw
-            );
-            let place = format!("point data array \"{}\" at point {node}", spec.array);
-            SceneError::invalid(&file.path, place, reason)
+            let defect = FleshDefect::UnknownBone {
+                label: *label,
+                free: spec.free,
+                cranium: spec.cranium,
+                jaw: spec.jaw,
+            };
+            SceneError::invalid(&file.path, array(Some(node)), defect)
         })
     };
     let of_node = labels
@@ -218,18 +222,14 @@ fn bones(file: &MeshFile, spec: &BonesSpec) -> Result<Bones, SceneError> {
         .map(bone)
         .collect::<Result<_, _>>()?;
     let bones = Bones::new(of_node);
-    let missing = |reason: String| {
-        let place = format!("point data array \"{}\"", spec.array);
-        Err(SceneError::invalid(&file.path, place, reason))
-    };
+    let missing = |defect: FleshDefect| Err(SceneError::invalid(&file.path, array(None), defect));
     if bones.cranium.is_empty() {
         let label = spec.cranium;
-        return missing(format!(
-            "no node has the cranium's label {label}; the face would float"
-        ));
+        return missing(FleshDefect::NoCranium { label });
     }
     if bones.free.is_empty() {
-        return missing(format!("no node has the label {} of free nodes", spec.free));
+        let label = spec.free;
+        return missing(FleshDefect::NoFreeNode { label });
     }
     Ok(bones)
 }
@@ -266,10 +266,10 @@ fn joint(place: &Place, spec: &HingeSpec, joint: &JointSpec) -> Result<JawJoint,
             (path, "hinge", read.hinge_point_m, read.hinge_axis, condyles)
         }
     };
-    let hinge = JawHinge::new(point, axis).map_err(SceneError::hinge(&path, field))?;
+    let hinge = JawHinge::new(point, axis).map_err(|e| SceneError::invalid(&path, field, e))?;
     let of_joint = |e: JointError| match e {
-        JointError::Upright(_) => SceneError::invalid(&path, field, e.to_string()),
-        _ => place.field("face.files.joint", e.to_string()),
+        JointError::Upright(_) => SceneError::invalid(&path, field, e),
+        _ => place.field("face.files.joint", e),
     };
     let way = joint.path.map(|p| condylar(&p, place.scale));
     let limits = limits(&joint.limits, place.scale);
@@ -304,7 +304,7 @@ fn limits(spec: &JointLimitsSpec, scale: f64) -> JointLimits {
 }
 
 fn material(place: &Place, field: &str, spec: &MaterialSpec) -> Result<NamedMaterial, SceneError> {
-    spec.resolve().map_err(|reason| place.field(field, reason))
+    spec.resolve().map_err(|defect| place.field(field, defect))
 }
 
 /// Region 0 is the scene's own material; labels follow in their order.
@@ -324,8 +324,8 @@ fn regions(
             .iter()
             .any(|other| other.label == region.label)
         {
-            let reason = format!("label {} is given twice", region.label);
-            return Err(place.field(field, reason));
+            let label = region.label;
+            return Err(place.field(field, FleshDefect::RegionTwice { label }));
         }
         regions.push(Region {
             name: region.name.clone(),
@@ -340,9 +340,9 @@ fn regions(
     let of_tet: Vec<u32> = labels.iter().map(region_of).collect();
     for (k, region) in spec.labels.iter().enumerate() {
         if !of_tet.contains(&(k as u32 + 1)) {
-            let (label, name) = (region.label, &region.name);
-            let reason = format!("no tet of the mesh has label {label} (\"{name}\")");
-            return Err(place.field(format!("regions.labels[{k}]"), reason));
+            let (label, name) = (region.label, region.name.clone());
+            let defect = FleshDefect::EmptyRegion { label, name };
+            return Err(place.field(format!("regions.labels[{k}]"), defect));
         }
     }
     Ok((regions, of_tet))

@@ -1,5 +1,6 @@
 //! Materials as a scene describes them.
 
+use super::defect::{FibersDefect, MaterialDefect};
 use super::names;
 use fem_assembly::{AssemblyBuilder, AssemblyError};
 use fem_materials::presets::{PRESETS, Preset, preset};
@@ -210,24 +211,29 @@ fn text(value: &Value) -> Option<String> {
 
 impl MaterialSpec {
     /// The material, or what is wrong with it.
-    pub(super) fn resolve(&self) -> Result<NamedMaterial, String> {
+    pub(super) fn resolve(&self) -> Result<NamedMaterial, MaterialDefect> {
         let material = match self {
             Self::Model(model) => model.clone(),
             Self::Preset(name) => preset(name).map(NamedMaterial::from).ok_or_else(|| {
-                let names = PRESETS.map(|p| p.name);
-                let (hint, list) = (names::hint(name, names), names.join(", "));
-                format!("there is no preset \"{name}\"; there are {list}{hint}")
+                let known = PRESETS.map(|p| p.name);
+                MaterialDefect::UnknownPreset {
+                    name: name.clone(),
+                    similar: names::similar(name, known),
+                    known: known.to_vec(),
+                }
             })?,
         };
         match material.at_rest() {
             Ok(_) => Ok(material),
             Err(ModelError::Unknown { name, known }) => {
-                let (hint, list) = (names::hint(&name, known.iter().copied()), known.join(", "));
-                Err(format!(
-                    "there is no model \"{name}\"; there are {list}{hint}"
-                ))
+                let similar = names::similar(&name, known.iter().copied());
+                Err(MaterialDefect::UnknownModel {
+                    name,
+                    known,
+                    similar,
+                })
             }
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(error.into()),
         }
     }
 }
@@ -308,16 +314,14 @@ impl Default for Fibers {
 }
 
 impl Fibers {
-    pub(super) fn defect(&self) -> Option<String> {
+    pub(super) fn defect(&self) -> Option<FibersDefect> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        if !positive(self.sigma_max) {
-            return Some(format!(
-                "sigma_max = {} must be pascals above 0",
-                self.sigma_max
-            ));
+        let (sigma_max, lambda_ofl) = (self.sigma_max, self.lambda_ofl);
+        if !positive(sigma_max) {
+            return Some(FibersDefect::SigmaMax { sigma_max });
         }
-        if !positive(self.lambda_ofl) {
-            return Some(format!("lambda_ofl = {} must be above 0", self.lambda_ofl));
+        if !positive(lambda_ofl) {
+            return Some(FibersDefect::LambdaOfl { lambda_ofl });
         }
         if let FiberCurve::Table { active, passive } = &self.curve {
             return table_defect("active", active).or_else(|| table_defect("passive", passive));
@@ -326,15 +330,13 @@ impl Fibers {
     }
 }
 
-fn table_defect(name: &str, rows: &[[f64; 2]]) -> Option<String> {
+fn table_defect(table: &'static str, rows: &[[f64; 2]]) -> Option<FibersDefect> {
     let finite = rows.iter().flatten().all(|v| v.is_finite());
     let ascending = rows.windows(2).all(|w| w[0][0] < w[1][0]);
     let around_one =
         matches!((rows.first(), rows.last()), (Some(a), Some(b)) if a[0] <= 1.0 && 1.0 <= b[0]);
     let good = rows.len() >= 2 && finite && ascending && around_one;
-    (!good).then(|| {
-        format!("curve.table.{name} needs two or more rows [stretch, tension], stretches ascending and around 1")
-    })
+    (!good).then_some(FibersDefect::Table { table })
 }
 
 #[cfg(test)]
@@ -343,15 +345,10 @@ mod tests {
 
     fn read(text: &str) -> Result<NamedMaterial, String> {
         let spec: MaterialSpec = serde_json::from_str(text).map_err(|e| e.to_string())?;
-        let material = spec.resolve()?;
+        let material = spec.resolve().map_err(|e| e.to_string())?;
         let written = serde_json::to_string(&spec).map_err(|e| e.to_string())?;
         let again: MaterialSpec = serde_json::from_str(&written).map_err(|e| e.to_string())?;
-        assert_eq!(
-            again
-                .resolve()
-                .and_then(|m| m.at_rest().map_err(|e| e.to_string())),
-            { material.at_rest().map_err(|e| e.to_string()) }
-        );
+        assert_eq!(again.resolve().map(|m| m.at_rest()), Ok(material.at_rest()));
         Ok(material)
     }
 
@@ -436,9 +433,10 @@ mod tests {
         assert!(
             fibers
                 .defect()
-                .is_some_and(|e| e.contains("curve.table.active"))
+                .is_some_and(|e| e.to_string().contains("curve.table.active"))
         );
         fibers.sigma_max = -1.0;
-        assert!(fibers.defect().is_some_and(|e| e.contains("sigma_max")));
+        let sigma_max = -1.0;
+        assert_eq!(fibers.defect(), Some(FibersDefect::SigmaMax { sigma_max }));
     }
 }

@@ -1,5 +1,6 @@
 //! Muscles of a scene: names, and fibers from a sparse table or dense arrays.
 
+use super::defect::{Location, MuscleDefect};
 use super::format::{FibersSpec, MusclesSpec, NamesSpec};
 use super::load::Place;
 use super::table::Table;
@@ -42,15 +43,13 @@ fn names(place: &Place, spec: &NamesSpec) -> Result<Vec<Muscle>, SceneError> {
             let listed: Vec<NamedMuscle> = json::read(&path)?;
             for (expected, muscle) in listed.iter().enumerate() {
                 if muscle.index != expected {
-                    let reason = format!(
-                        "\"{}\" has index {}, expected {expected}; list the muscles in order",
-                        muscle.name, muscle.index
-                    );
-                    return Err(SceneError::invalid(
-                        &path,
-                        format!("[{expected}].index"),
-                        reason,
-                    ));
+                    let defect = MuscleDefect::Order {
+                        name: muscle.name.clone(),
+                        found: muscle.index,
+                        expected,
+                    };
+                    let field = format!("[{expected}].index");
+                    return Err(SceneError::invalid(&path, field, defect));
                 }
             }
             (path, listed.into_iter().map(|m| m.name).collect())
@@ -59,9 +58,8 @@ fn names(place: &Place, spec: &NamesSpec) -> Result<Vec<Muscle>, SceneError> {
     for (k, name) in names.iter().enumerate() {
         let unusable = name.is_empty() || name.contains('=');
         if unusable || names[..k].contains(name) {
-            let reason =
-                format!("\"{name}\": muscle names are unique, not empty and without \"=\"");
-            return Err(SceneError::invalid(&path, format!("name {k}"), reason));
+            let defect = MuscleDefect::Name { name: name.clone() };
+            return Err(SceneError::invalid(&path, Location::Name(k), defect));
         }
     }
     Ok(names.into_iter().map(|name| Muscle { name }).collect())
@@ -85,12 +83,12 @@ fn from_table(
         lines.push(row.line);
     }
     if entries.is_empty() {
-        let reason = "the table has a header and no rows: no muscle would have a fiber";
-        return Err(SceneError::invalid(path, "line 2", reason));
+        let line = Location::Line(2);
+        return Err(SceneError::invalid(path, line, MuscleDefect::NoFibers));
     }
     FiberField::new(entries, mesh.num_elements(), muscles).map_err(|error| {
-        let line = format!("line {}", lines[error.entry()]);
-        SceneError::invalid(path, line, error.to_string())
+        let line = Location::Line(lines[error.entry()]);
+        SceneError::invalid(path, line, error)
     })
 }
 
@@ -112,9 +110,10 @@ fn from_arrays(
             continue;
         }
         let Some(index) = u32::try_from(label).ok() else {
-            let reason = format!("muscle {label} is unknown; -1 stands for none");
-            let place = format!("cell data array \"{muscle}\" at cell {tet}");
-            return Err(SceneError::invalid(&file.path, place, reason));
+            let name = muscle.to_owned();
+            let location = Location::CellArray { name, cell: tet };
+            let defect = MuscleDefect::Unknown { label };
+            return Err(SceneError::invalid(&file.path, location, defect));
         };
         entries.push(FiberEntry {
             tet: tet as u32,
@@ -125,7 +124,7 @@ fn from_arrays(
     }
     let tets: Vec<u32> = entries.iter().map(|e| e.tet).collect();
     FiberField::new(entries, labels.len(), muscles).map_err(|error| {
-        let place = format!("cell {}", tets[error.entry()]);
-        SceneError::invalid(&file.path, place, error.to_string())
+        let cell = Location::Cell(tets[error.entry()] as usize);
+        SceneError::invalid(&file.path, cell, error)
     })
 }

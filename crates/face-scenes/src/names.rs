@@ -1,5 +1,7 @@
 //! Names that are almost right.
 
+use std::fmt;
+
 /// The name closest to `wanted` in edit distance, if it is close enough to be meant.
 pub(super) fn closest<'a>(
     wanted: &str,
@@ -14,9 +16,24 @@ pub(super) fn closest<'a>(
         .map(|(_, name)| name)
 }
 
-/// " Did you mean …?" or nothing.
-pub(super) fn hint<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> String {
-    closest(wanted, names).map_or_else(String::new, |name| format!("; did you mean \"{name}\"?"))
+/// As [`closest`], to keep in an error.
+pub(super) fn similar<'a>(
+    wanted: &str,
+    names: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
+    closest(wanted, names).map(str::to_owned)
+}
+
+/// "; did you mean …?" or nothing.
+pub(super) struct DidYouMean<'a>(pub &'a Option<String>);
+
+impl fmt::Display for DidYouMean<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(name) => write!(f, "; did you mean \"{name}\"?"),
+            None => Ok(()),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! A pose as a person types it: `zygomaticus_major_L=0.6`, `12deg`.
 
 use super::Influence;
-use super::names::hint;
+use super::names::{DidYouMean, similar};
 use face_rig::anatomy::Muscle;
 
 /// Why a typed setting cannot be used.
@@ -12,14 +12,14 @@ pub enum SettingError {
     #[error("\"{0}\": expected name=value, like zygomaticus_major_L=0.6")]
     Form(String),
     /// No muscle of that name.
-    #[error("\"{setting}\": there is no muscle \"{name}\"{hint}")]
+    #[error("\"{setting}\": there is no muscle \"{name}\"{}", DidYouMean(similar))]
     UnknownMuscle {
         /// The whole setting.
         setting: String,
         /// The name in it.
         name: String,
-        /// "; did you mean …?" or nothing.
-        hint: String,
+        /// A name that is almost the same.
+        similar: Option<String>,
     },
     /// An activation that is no number between 0 and 1.
     #[error("\"{setting}\": an activation is a number from 0 (relaxed) to 1 (full), not {value}")]
@@ -38,14 +38,17 @@ pub enum SettingError {
         name: String,
     },
     /// No load, cavity, motion, strength or stiffness of that name.
-    #[error("\"{setting}\": the scene has no control \"{name}\"{hint}")]
+    #[error(
+        "\"{setting}\": the scene has no control \"{name}\"{}",
+        DidYouMean(similar)
+    )]
     UnknownControl {
         /// The whole setting.
         setting: String,
         /// The name in it.
         name: String,
-        /// "; did you mean …?" or nothing.
-        hint: String,
+        /// A name that is almost the same.
+        similar: Option<String>,
     },
     /// A value that is no number or that the scene does not allow.
     #[error("\"{setting}\": {value} is no number that the scene allows: {allowed}")]
@@ -55,11 +58,33 @@ pub enum SettingError {
         /// What was given.
         value: String,
         /// What may be given.
-        allowed: String,
+        allowed: Allowed,
     },
     /// An angle without unit, or no number.
     #[error("\"{0}\": an angle is a number with its unit, like 12deg or 0.2rad")]
     Angle(String),
+}
+
+/// What a control may be set to.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Allowed {
+    /// The range that the scene gives it.
+    #[error("{low} to {high} {unit}")]
+    Range {
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+        /// Pa for a cavity, else nothing.
+        unit: &'static str,
+    },
+    /// Anything that makes sense.
+    #[error("{0} or more")]
+    AtLeast(f64),
+    /// Any number.
+    #[error("finite")]
+    Finite,
 }
 
 /// The activations of all muscles from settings `name=value`; muscles not named get 0. A name
@@ -106,7 +131,7 @@ pub fn parse_activations<'a>(
             return Err(SettingError::UnknownMuscle {
                 setting: setting.into(),
                 name: name.into(),
-                hint: hint(name, muscles.iter().map(|m| m.name.as_str())),
+                similar: similar(name, muscles.iter().map(|m| m.name.as_str())),
             });
         }
         for &&(m, muscle) in &found {
@@ -146,7 +171,7 @@ pub fn parse_controls<'a>(
         let k = found.ok_or_else(|| SettingError::UnknownControl {
             setting: setting.into(),
             name: name.into(),
-            hint: hint(name, influences.iter().map(|i| i.name.as_str())),
+            similar: similar(name, influences.iter().map(|i| i.name.as_str())),
         })?;
         let least = influences[k].least();
         let [low, high] = influences[k].range.unwrap_or([least, f64::MAX]);
@@ -155,9 +180,13 @@ pub fn parse_controls<'a>(
             setting: setting.into(),
             value: text.into(),
             allowed: match influences[k].range {
-                Some([low, high]) => format!("{low} to {high} {}", influences[k].unit()),
-                None if least > f64::MIN => format!("{least} or more"),
-                None => "finite".into(),
+                Some([low, high]) => Allowed::Range {
+                    low,
+                    high,
+                    unit: influences[k].unit(),
+                },
+                None if least > f64::MIN => Allowed::AtLeast(least),
+                None => Allowed::Finite,
             },
         })?;
         if std::mem::replace(&mut set[k], true) {

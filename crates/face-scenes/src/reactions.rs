@@ -1,10 +1,11 @@
 //! What each muscle does to the jaw: its torque about the hinge at a pose.
 
+use super::assembly::{Refusal, in_mesh};
 use super::{Scene, SceneError};
 use face_rig::anatomy::{Bone, FiberEntry};
 use face_rig::rig::Equilibrium;
 use fem_assembly::mesh::SimplexMesh;
-use fem_assembly::{AssemblyBuilder, AssemblyError, Dofs};
+use fem_assembly::{AssemblyBuilder, Dofs};
 
 /// The tetrahedra that touch the jaw, numbered anew.
 struct Attached {
@@ -27,10 +28,10 @@ impl Scene {
     /// [`SceneError::Invalid`] as for [`Scene::assembly`].
     pub fn jaw_torques(&self, pose: &Equilibrium) -> Result<Vec<f64>, SceneError> {
         let torques = self.torques(pose);
-        torques.map_err(|(place, reason)| SceneError::invalid(&self.path, place, reason))
+        torques.map_err(|(field, defect)| SceneError::invalid(&self.path, field, *defect))
     }
 
-    fn torques(&self, pose: &Equilibrium) -> Result<Vec<f64>, (&'static str, String)> {
+    fn torques(&self, pose: &Equilibrium) -> Result<Vec<f64>, Refusal> {
         let mut torques = vec![0.0; self.muscles.len()];
         let Some(attached) = self.attached() else {
             return Ok(torques);
@@ -50,11 +51,10 @@ impl Scene {
         attached: &Attached,
         entries: &[&FiberEntry],
         pose: &Equilibrium,
-    ) -> Result<f64, (&'static str, String)> {
+    ) -> Result<f64, Refusal> {
         if entries.is_empty() {
             return Ok(0.0);
         }
-        let in_mesh = |e: AssemblyError| ("face", e.to_string());
         let number = |e: &&FiberEntry| attached.number[e.tet as usize].map(|n| self.fiber(e, n));
         let fibers: Vec<_> = entries.iter().filter_map(number).collect();
         let dofs = Dofs::all_free(attached.mesh.nodes()).map_err(in_mesh)?;

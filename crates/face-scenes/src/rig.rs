@@ -1,5 +1,6 @@
 //! From a scene to a rig that can be posed.
 
+use super::defect::FleshDefect;
 use super::{Scene, SceneError};
 use face_rig::fit::JawModel;
 use face_rig::rig::{EmbeddedPoints, Rig, RigError, RigParams};
@@ -23,8 +24,8 @@ impl Scene {
     /// [`RigSceneError`] names the region, element or fiber that is unusable.
     pub fn rig(&self, params: RigParams) -> Result<Rig, RigSceneError> {
         if self.bones.cranium.is_empty() && self.bones.jaw.is_empty() {
-            let reason = "no node is attached to cranium or jaw; flesh without support floats away";
-            return Err(SceneError::invalid(&self.path, "face.files.bones", reason).into());
+            let defect = FleshDefect::NoBone;
+            return Err(SceneError::invalid(&self.path, "face.files.bones", defect).into());
         }
         let jaw: Vec<usize> = self.bones.jaw.iter().map(|&n| n as usize).collect();
         let rig = Rig::new(self.assembly()?, &jaw, params)?;

@@ -1,6 +1,7 @@
 //! CSV tables of numbers, with errors that name line and column.
 
 use super::SceneError;
+use super::defect::{Defect, Location, TableDefect};
 use csv::StringRecord;
 use std::path::{Path, PathBuf};
 
@@ -42,12 +43,9 @@ impl Table {
                 .zip(columns)
                 .all(|(name, accepted)| accepted.split('|').any(|a| a == name));
         if !fits {
-            let (header, wanted) = (found.join(","), columns.join(","));
-            return Err(SceneError::invalid(
-                path,
-                format!("line {line}"),
-                format!("the header is \"{header}\", expected \"{wanted}\""),
-            ));
+            let expected = columns.iter().map(|&c| c.to_owned()).collect();
+            let defect = TableDefect::Header { found, expected };
+            return Err(SceneError::invalid(path, Location::Line(line), defect));
         }
         Ok(Self {
             path: path.to_path_buf(),
@@ -69,7 +67,8 @@ impl Table {
             if found == wanted {
                 Ok(row)
             } else {
-                Err(row.error(format!("{found} fields, expected {wanted}")))
+                let expected = wanted;
+                Err(row.error(TableDefect::Fields { found, expected }))
             }
         })
     }
@@ -90,12 +89,12 @@ fn records(
         .from_reader(text.as_bytes());
     let (mut line, mut seen) = (1, 0);
     reader.into_records().filter_map(move |record| {
-        let invalid = |line, reason: String| {
-            Some(Err(SceneError::invalid(path, format!("line {line}"), reason)))
+        let invalid = |line, defect: TableDefect| {
+            Some(Err(SceneError::invalid(path, Location::Line(line), defect)))
         };
         let record = match record {
             Ok(record) => record,
-            Err(error) => return invalid(line, error.to_string()),
+            Err(error) => return invalid(line, TableDefect::Unreadable(error.into())),
         };
         // The reader's own position lies before the empty lines that it skips.
         let start = record.position().map_or(seen, |p| p.byte() as usize);
@@ -104,9 +103,7 @@ fn records(
         line += line_ends(&text.as_bytes()[seen..start]);
         seen = start;
         if record.iter().any(|field| field.contains(['\r', '\n'])) {
-            let reason = "a quoted field goes on to the next line; close the quote, and write \"\" for \
-                          one that belongs to the text";
-            return invalid(line, reason.into());
+            return invalid(line, TableDefect::OpenQuote);
         }
         let blank = record.len() == 1 && record[0].is_empty();
         (!blank).then_some(Ok((line, record)))
@@ -137,18 +134,20 @@ impl Row<'_> {
     pub fn index(&self, column: usize) -> Result<u32, SceneError> {
         let field = &self.fields[column];
         field.parse().map_err(|_| {
-            let name = &self.table.columns[column];
-            self.error(format!(
-                "{name} is \"{field}\", expected a whole number from 0"
-            ))
+            self.error(TableDefect::NotAnIndex {
+                column: self.table.columns[column].clone(),
+                found: field.to_owned(),
+            })
         })
     }
     pub fn number(&self, column: usize) -> Result<f64, SceneError> {
         let field = &self.fields[column];
         let value = field.parse().ok().filter(|v: &f64| v.is_finite());
         value.ok_or_else(|| {
-            let name = &self.table.columns[column];
-            self.error(format!("{name} is \"{field}\", expected a finite number"))
+            self.error(TableDefect::NotANumber {
+                column: self.table.columns[column].clone(),
+                found: field.to_owned(),
+            })
         })
     }
     /// N numbers from `column` on.
@@ -159,8 +158,8 @@ impl Row<'_> {
         }
         Ok(values)
     }
-    pub fn error(&self, reason: impl Into<String>) -> SceneError {
-        SceneError::invalid(&self.table.path, format!("line {}", self.line), reason)
+    pub fn error(&self, defect: impl Into<Defect>) -> SceneError {
+        SceneError::invalid(&self.table.path, Location::Line(self.line), defect)
     }
 }
 

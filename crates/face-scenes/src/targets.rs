@@ -1,5 +1,6 @@
 //! Points on the skin of a scene: embedding, landmarks and the expressions to fit.
 
+use super::defect::{EmbeddingDefect, LandmarkDefect, Location, TableDefect, TargetDefect};
 use super::format::{DenseSpec, FilesSpec, LandmarksSpec, TargetsSpec};
 use super::load::Place;
 use super::table::Table;
@@ -62,8 +63,7 @@ pub(super) fn load(
     embedding: &BTreeMap<u32, EmbeddedPoint>,
 ) -> Result<(Option<Skin>, Vec<Target>), SceneError> {
     if landmarks.is_empty() {
-        let reason = "targets need landmarks; add \"landmarks\" to the face";
-        return Err(place.field("targets", reason));
+        return Err(place.field("targets", TargetDefect::NoLandmarks));
     }
     let mut targets = sparse(place, spec, landmarks, mesh, !embedding.is_empty())?;
     let skin = match &spec.dense {
@@ -90,23 +90,19 @@ fn embedding(
         let (id, tet, mut weights) = (row.index(0)?, row.index(1)?, row.numbers::<4>(2)?);
         let tets = mesh.num_elements();
         if tet as usize >= tets {
-            let reason = format!(
-                "tet {tet} is not in the mesh, which has {tets}; is this the table of another mesh?"
-            );
-            return Err(row.error(reason));
+            return Err(row.error(EmbeddingDefect::NoTet { tet, tets }));
         }
         let sum: f64 = weights.iter().sum();
         let partition = (sum - 1.0).abs() <= 1e-4;
         if !partition {
-            return Err(row.error(format!("the weights sum to {sum}, not to 1")));
+            return Err(row.error(EmbeddingDefect::Sum { sum }));
         }
         weights = weights.map(|w| w / sum);
         if weights.iter().any(|w| *w < -1.0) {
-            let reason = format!("the point lies far outside tet {tet} (weights {weights:?})");
-            return Err(row.error(reason));
+            return Err(row.error(EmbeddingDefect::FarOutside { tet, weights }));
         }
         if let Some(line) = seen.insert(id, row.line) {
-            return Err(row.error(format!("vertex {id} is already on line {line}")));
+            return Err(row.error(EmbeddingDefect::Twice { vertex: id, line }));
         }
         if repairs.inverted.binary_search(&tet).is_ok() {
             // The table was made for the file's order of the nodes.
@@ -116,7 +112,8 @@ fn embedding(
         points.insert(id, EmbeddedPoint { nodes, weights });
     }
     if points.is_empty() {
-        return Err(SceneError::invalid(table.path(), "table", "it has no rows"));
+        let defect = TableDefect::NoRows;
+        return Err(SceneError::invalid(table.path(), Location::Table, defect));
     }
     Ok(points)
 }
@@ -146,9 +143,11 @@ fn landmark_rows(path: &Path, scale: f64) -> Result<Vec<(String, Vec<LandmarkRow
         let landmark = row.index(1)?;
         let rows = &mut groups[group].1;
         if let Some(twice) = rows.iter().find(|r| r.landmark == landmark) {
-            let line = twice.line;
-            let reason = format!("landmark {landmark} of \"{name}\" is already on line {line}");
-            return Err(row.error(reason));
+            return Err(row.error(TargetDefect::Twice {
+                landmark,
+                target: name,
+                line: twice.line,
+            }));
         }
         rows.push(LandmarkRow {
             landmark,
@@ -174,49 +173,19 @@ fn landmarks(
     let path = place.file(&spec.file);
     let groups = landmark_rows(&path, place.scale)?;
     let Some((_, rows)) = groups.iter().find(|(name, _)| *name == spec.rest) else {
-        let reason = format!(
-            "no rows of target \"{}\", which gives the landmarks at rest",
-            spec.rest
-        );
-        return Err(SceneError::invalid(&path, "table", reason));
+        let target = spec.rest.clone();
+        let defect = TargetDefect::NoRest { target };
+        return Err(SceneError::invalid(&path, Location::Table, defect));
     };
     let locator = by_id.is_none().then(|| TetLocator::new(mesh));
     let mut landmarks = Vec::with_capacity(rows.len());
     for row in rows {
-        let error = |reason: String| {
-            let line = format!("line {}", row.line);
-            SceneError::invalid(&path, line, format!("landmark {}: {reason}", row.landmark))
-        };
-        let point = match (by_id, &locator) {
-            (Some(by_id), _) => *by_id.get(&row.vertex).ok_or_else(|| {
-                error(format!(
-                    "vertex {} is not in the embedding table",
-                    row.vertex
-                ))
-            })?,
-            (None, locator) => {
-                let found = locator.as_ref().and_then(|l| l.locate(row.position));
-                found
-                    .filter(|f| f.distance <= tolerance)
-                    .map(|f| f.embed(mesh))
-                    .ok_or_else(|| {
-                        error(format!(
-                            "{:?} lies outside the mesh; check units and axes",
-                            row.position
-                        ))
-                    })?
-            }
-        };
-        let embedded = point.position(mesh.nodes());
-        let off = distance(embedded, row.position);
-        let fits = off <= tolerance;
-        if !fits {
-            let mm = off * 1e3;
-            return Err(error(format!(
-                "its embedded place is {mm:.1} mm from its position at rest; the embedding belongs to \
-                 another mesh, or the units differ"
-            )));
-        }
+        let carried = carried(row, by_id, locator.as_ref(), mesh, tolerance);
+        let point = carried.map_err(|defect| {
+            let landmark = row.landmark;
+            let defect = TargetDefect::Landmark { landmark, defect };
+            SceneError::invalid(&path, Location::Line(row.line), defect)
+        })?;
         landmarks.push(Landmark {
             index: row.landmark,
             vertex: row.vertex,
@@ -227,6 +196,30 @@ fn landmarks(
     Ok(landmarks)
 }
 
+/// Where a landmark rides: on its vertex of the table, or without one on the element around it.
+fn carried(
+    row: &LandmarkRow,
+    by_id: Option<&BTreeMap<u32, EmbeddedPoint>>,
+    locator: Option<&TetLocator>,
+    mesh: &SimplexMesh<3>,
+    tolerance: f64,
+) -> Result<EmbeddedPoint, LandmarkDefect> {
+    let (vertex, position) = (row.vertex, row.position);
+    let point = match by_id {
+        Some(by_id) => *(by_id.get(&vertex)).ok_or(LandmarkDefect::NoVertex { vertex })?,
+        None => {
+            let found = locator.and_then(|l| l.locate(position));
+            let near = found.filter(|f| f.distance <= tolerance);
+            let near = near.ok_or(LandmarkDefect::Outside { position })?;
+            near.embed(mesh)
+        }
+    };
+    let distance = distance(point.position(mesh.nodes()), position);
+    let fits = distance <= tolerance;
+    fits.then_some(point)
+        .ok_or(LandmarkDefect::Displaced { distance })
+}
+
 fn sparse(
     place: &Place,
     spec: &TargetsSpec,
@@ -235,74 +228,41 @@ fn sparse(
     has_vertices: bool,
 ) -> Result<Vec<Target>, SceneError> {
     let path = place.file(&spec.landmarks);
-    let size = diagonal(mesh);
     let number: HashMap<u32, usize> = landmarks
         .iter()
         .enumerate()
         .map(|(k, l)| (l.index, k))
         .collect();
+    let face = Landmarks {
+        all: landmarks,
+        number,
+        size: diagonal(mesh),
+        mesh,
+        has_vertices,
+    };
     let mut targets = Vec::new();
     for (name, rows) in landmark_rows(&path, place.scale)? {
         if spec.skip.contains(&name) {
             continue;
         }
+        let invalid = |at, defect| Err(SceneError::invalid(&path, at, defect));
         if !usable_name(&name) {
             let line = rows.first().map_or(1, |row| row.line);
-            let reason = format!(
-                "\"{name}\" cannot be a target's name, because result files are named after it; use \
-                 letters, digits, spaces, - and _"
-            );
-            return Err(SceneError::invalid(&path, format!("line {line}"), reason));
+            return invalid(Location::Line(line), TargetDefect::Name { name });
         }
         let mut goals = Vec::with_capacity(rows.len());
         for row in &rows {
-            let error = |reason: String| {
-                let line = format!("line {}", row.line);
-                Err(SceneError::invalid(&path, line, reason))
-            };
-            let Some(&k) = number.get(&row.landmark) else {
-                let reason = format!(
-                    "target \"{name}\" names landmark {}, which the face does not have",
-                    row.landmark
-                );
-                return error(reason);
-            };
-            let own = &landmarks[k];
-            if has_vertices && own.vertex != row.vertex {
-                return error(format!(
-                    "landmark {} is vertex {} of the face, not {}",
-                    row.landmark, own.vertex, row.vertex
-                ));
+            match face.goal(&name, row) {
+                Ok(goal) => goals.push(goal),
+                Err(defect) => return invalid(Location::Line(row.line), defect),
             }
-            let off = distance(row.position, own.point.position(mesh.nodes()));
-            if !(off <= size) {
-                return error(format!(
-                    "landmark {} of \"{name}\" lies {off:.3} m from its place at rest, and the whole \
-                     face is {size:.3} m large; are these meters, and the same axes?",
-                    row.landmark
-                ));
-            }
-            if !(row.weight >= 0.0) {
-                return error(format!("weight {} is not 0 or more", row.weight));
-            }
-            let point = own.point;
-            let (position, weight) = (row.position, row.weight);
-            let goal = Goal {
-                point,
-                position,
-                weight,
-            };
-            goals.push((k, goal));
         }
         goals.sort_by_key(|&(k, _)| k);
         if !rows.iter().any(|row| row.weight > 0.0) {
-            let reason = format!("all weights of target \"{name}\" are 0");
-            return Err(SceneError::invalid(&path, "table", reason));
+            return invalid(Location::Table, TargetDefect::NoWeight { target: name });
         }
-        let identity = spec
-            .identities
-            .iter()
-            .any(|start| name.starts_with(start.as_str()));
+        let mut identities = spec.identities.iter();
+        let identity = identities.any(|start| name.starts_with(start.as_str()));
         targets.push(Target {
             name,
             kind: if identity {
@@ -316,10 +276,62 @@ fn sparse(
         });
     }
     if targets.is_empty() {
-        let reason = "there is no target in it (apart from those skipped)";
-        return Err(SceneError::invalid(&path, "table", reason));
+        let defect = TargetDefect::NoTargets;
+        return Err(SceneError::invalid(&path, Location::Table, defect));
     }
     Ok(targets)
+}
+
+/// The landmarks of a face, to hold goals against.
+struct Landmarks<'a> {
+    all: &'a [Landmark],
+    /// The place of a landmark by its index.
+    number: HashMap<u32, usize>,
+    /// The face's diagonal, meters.
+    size: f64,
+    mesh: &'a SimplexMesh<3>,
+    has_vertices: bool,
+}
+
+impl Landmarks<'_> {
+    /// The place of the row's landmark, and its goal.
+    fn goal(&self, target: &str, row: &LandmarkRow) -> Result<(usize, Goal), TargetDefect> {
+        let (landmark, position, weight) = (row.landmark, row.position, row.weight);
+        let target = || target.to_owned();
+        let Some(&k) = self.number.get(&landmark) else {
+            return Err(TargetDefect::UnknownLandmark {
+                target: target(),
+                landmark,
+            });
+        };
+        let own = &self.all[k];
+        if self.has_vertices && own.vertex != row.vertex {
+            return Err(TargetDefect::OtherVertex {
+                landmark,
+                expected: own.vertex,
+                found: row.vertex,
+            });
+        }
+        let distance = distance(position, own.point.position(self.mesh.nodes()));
+        if !(distance <= self.size) {
+            return Err(TargetDefect::TooFar {
+                landmark,
+                target: target(),
+                distance,
+                size: self.size,
+            });
+        }
+        if !(weight >= 0.0) {
+            return Err(TargetDefect::Weight { weight });
+        }
+        let point = own.point;
+        let goal = Goal {
+            point,
+            position,
+            weight,
+        };
+        Ok((k, goal))
+    }
 }
 
 fn dense(
@@ -336,15 +348,15 @@ fn dense(
     for (n, vertex) in vertices.iter().enumerate() {
         let found = u32::try_from(*vertex).ok().and_then(|id| by_id.get(&id));
         points.push(*found.ok_or_else(|| {
-            let reason = format!("vertex {vertex} is not in the face's embedding table");
-            SceneError::invalid(&path, format!("point {n}"), reason)
+            let vertex = *vertex;
+            SceneError::invalid(&path, Location::Point(n), TargetDefect::NoVertex { vertex })
         })?);
     }
     let meters = |x: &[f64; 3]| x.map(|v| v * place.scale);
     let rest: Vec<[f64; 3]> = file.points.iter().map(meters).collect();
     if let Some(n) = rest.iter().position(|x| !x.iter().all(|v| v.is_finite())) {
-        let reason = "its coordinates are not finite numbers";
-        return Err(SceneError::invalid(&path, format!("point {n}"), reason));
+        let point = Location::Point(n);
+        return Err(SceneError::invalid(&path, point, TargetDefect::NotFinite));
     }
     for target in targets {
         let name = format!("{}{}", spec.prefix, target.name);

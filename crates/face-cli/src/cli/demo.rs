@@ -142,13 +142,13 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         results,
     )?;
     let unfinished = fits.iter().filter(|fit| !fit.converged());
-    let unfinished: Vec<&str> = unfinished.map(|fit| fit.name.as_str()).collect();
-    let end = match unfinished.as_slice() {
-        [] => Ok(()),
-        names => Err(Failure::NotConverged(format!(
-            "did not converge to a possible pose: {}",
-            names.join(", ")
-        ))),
+    let unfinished: Vec<String> = unfinished.map(|fit| fit.name.clone()).collect();
+    let end = match unfinished.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Unfinished {
+            fits: unfinished,
+            of: fits.len(),
+        }),
     };
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;

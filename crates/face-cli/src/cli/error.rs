@@ -1,78 +1,188 @@
 //! Failures and their exit codes.
 
 use face_pictures::PictureError;
-use face_pictures::export::WriteError;
+use face_pictures::export::{ExportError, WriteError};
 use face_rig::fit::FitError;
 use face_rig::rig::RigError;
+use face_scenes::builtin::BuiltinError;
 use face_scenes::{RigSceneError, SceneError, SettingError};
 use fem_assembly::mesh::MeshFileError;
+use std::fmt;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Why the program stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// Exit code 1.
-    #[error("{0}")]
-    NotConverged(String),
-    /// Exit code 3.
-    #[error("{0}")]
-    Input(String),
-    /// Exit code 4.
+    /// A pose without an equilibrium.
+    #[error(transparent)]
+    Pose(#[from] RigError),
+    /// The same, with the last state that was solved.
+    #[error(transparent)]
+    Unsolved(Box<Unsolved>),
+    /// A fit of input that cannot be fitted, or without a pose to start from.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// Fits that ended without a possible pose.
+    #[error("{} of {of} fits did not converge to a possible pose: {}", fits.len(), fits.join(", "))]
+    Unfinished {
+        /// Their names.
+        fits: Vec<String>,
+        /// How many fits there were.
+        of: usize,
+    },
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    RigScene(#[from] RigSceneError),
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    #[error(transparent)]
+    Builtin(#[from] BuiltinError),
+    /// builtin:TETS without a number.
+    #[error("\"{name}\": builtin:TETS wants a whole number of tetrahedra")]
+    Tets { name: String },
+    /// A shift that is none.
+    #[error("--jaw-shift \"{text}\": three numbers in millimeters, like 0,0,5")]
+    JawShift { text: String },
+    #[error("{scene}: no landmarks to derive; add \"landmarks\" to the face")]
+    NoLandmarks { scene: String },
+    #[error("{scene}: no targets to fit; give the scene a \"targets\" entry or use --targets FILE")]
+    NoTargets { scene: String },
+    #[error("target {name}: {source}")]
+    Target { name: String, source: FitError },
     #[error(
         "{} holds files already; name another folder with --out, or replace them with --force",
         .0.display()
     )]
     OutputExists(PathBuf),
-    /// Exit code 4.
     #[error(
         "{} is being written to by another run; wait for it, or name another folder with --out",
         .0.display()
     )]
     OutputBusy(PathBuf),
-    /// Exit code 4.
-    #[error("{0}")]
-    Output(String),
+    /// A folder or its lock that cannot be made or read.
+    #[error("{}: {source}", path.display())]
+    Output {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("standard output: {0}")]
+    StandardOutput(std::io::Error),
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
+    #[error(transparent)]
+    Report(#[from] serde_json::Error),
 }
 
 impl Failure {
+    /// 1 for what did not converge, 3 for input, 4 for output.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Self::NotConverged(_) => 1,
-            Self::Input(_) => 3,
-            Self::OutputExists(_) | Self::OutputBusy(_) | Self::Output(_) => 4,
+            Self::Pose(_)
+            | Self::Unsolved(_)
+            | Self::Unfinished { .. }
+            | Self::Fit(FitError::Start(_) | FitError::Pose(_) | FitError::NotConverged { .. }) => {
+                1
+            }
+            Self::Fit(_)
+            | Self::Scene(_)
+            | Self::RigScene(_)
+            | Self::Setting(_)
+            | Self::Builtin(_)
+            | Self::Tets { .. }
+            | Self::JawShift { .. }
+            | Self::NoLandmarks { .. }
+            | Self::NoTargets { .. }
+            | Self::Target { .. } => 3,
+            Self::OutputExists(_)
+            | Self::OutputBusy(_)
+            | Self::Output { .. }
+            | Self::StandardOutput(_)
+            | Self::Write(_)
+            | Self::Picture(_)
+            | Self::Export(_)
+            | Self::Mesh(_)
+            | Self::Report(_) => 4,
         })
     }
 }
 
-macro_rules! failures {
-    ($($error:ty => $kind:ident),+ $(,)?) => {
-        $(impl From<$error> for Failure {
-            fn from(error: $error) -> Self {
-                Self::$kind(error.to_string())
-            }
-        })+
-    };
-}
-failures! {
-    SceneError => Input,
-    RigSceneError => Input,
-    SettingError => Input,
-    RigError => NotConverged,
-    WriteError => Output,
-    PictureError => Output,
-    face_pictures::export::ExportError => Output,
-    MeshFileError => Output,
-    serde_json::Error => Output,
+/// A pose without an equilibrium, what the last state that was solved looks like, and where it is.
+#[derive(Debug)]
+pub struct Unsolved {
+    pub error: RigError,
+    /// The elements squashed most, with their det F.
+    pub worst: Vec<(usize, f64)>,
+    pub folder: PathBuf,
 }
 
-impl From<FitError> for Failure {
-    fn from(error: FitError) -> Self {
-        match error {
-            FitError::Start(_) | FitError::Pose { .. } | FitError::NotConverged { .. } => {
-                Self::NotConverged(error.to_string())
-            }
-            _ => Self::Input(error.to_string()),
+impl std::error::Error for Unsolved {}
+
+impl fmt::Display for Unsolved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = self.worst.iter();
+        let named: Vec<String> = named
+            .map(|(element, ratio)| format!("element {element} (det F {ratio:.3})"))
+            .collect();
+        write!(
+            f,
+            "{}\n\
+             squashed most in the last state that was solved: {}\n\
+             that state is last_state.vtu in {}\n\
+             to try: a smaller jaw angle, lower activations, \"inversion\": \"allowed\" in the scene with \
+             a material that has no barrier of its own (stable_neo_hookean), or a mesh with fewer flat \
+             tetrahedra near those named",
+            self.error,
+            named.join(", "),
+            self.folder.display()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_state_is_named_with_its_worst_elements() {
+        let error = RigError::NotFinite { index: 3 };
+        let worst = vec![(17, 0.0125), (4, 0.5)];
+        let folder = PathBuf::from("results");
+        let failure = Failure::Unsolved(Box::new(Unsolved {
+            error,
+            worst,
+            folder,
+        }));
+        let text = failure.to_string();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "parameter 3 is not finite");
+        assert!(
+            lines[1].ends_with(": element 17 (det F 0.013), element 4 (det F 0.500)"),
+            "{text}"
+        );
+        assert!(
+            lines[2].ends_with("last_state.vtu in results") && lines.len() == 4,
+            "{text}"
+        );
+        assert_eq!(failure.exit_code(), ExitCode::from(1));
+    }
+
+    #[test]
+    fn a_fit_is_a_matter_of_input_unless_a_pose_failed() {
+        let error = || Box::new(RigError::NotFinite { index: 0 });
+        for (fit, code) in [
+            (FitError::Start(error()), 1),
+            (FitError::Pose(error()), 1),
+            (FitError::EmptyTarget, 3),
+        ] {
+            assert_eq!(Failure::from(fit).exit_code(), ExitCode::from(code));
         }
     }
 }

@@ -68,18 +68,16 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         say(format!("results in {}", out.folder().display()))?;
     }
     let unfinished = fits.iter().filter(|f| !f.converged());
-    let failed: Vec<&str> = unfinished
-        .map(|f| f.name.as_str())
-        .chain(impossible.keys().map(String::as_str))
+    let failed: Vec<String> = unfinished
+        .map(|f| f.name.clone())
+        .chain(impossible.keys().cloned())
         .collect();
-    match failed.as_slice() {
-        [] => Ok(()),
-        names => Err(Failure::NotConverged(format!(
-            "{} of {} fits did not converge to a possible pose: {}",
-            names.len(),
-            targets.len(),
-            names.join(", ")
-        ))),
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Unfinished {
+            fits: failed,
+            of: targets.len(),
+        }),
     }
 }
 
@@ -103,10 +101,9 @@ fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Fai
         }
     };
     match targets.as_slice() {
-        [] => Err(Failure::Input(format!(
-            "{}: no targets to fit; give the scene a \"targets\" entry or use --targets FILE",
-            scene.name
-        ))),
+        [] => Err(Failure::NoTargets {
+            scene: scene.name.clone(),
+        }),
         _ => Ok(targets),
     }
 }
@@ -192,7 +189,10 @@ impl Fitting<'_> {
                         impossible.insert(target.name.clone(), why.to_string());
                     }
                     Err(error) => {
-                        return Err(Failure::Input(format!("target {}: {error}", target.name)));
+                        return Err(Failure::Target {
+                            name: target.name.clone(),
+                            source: error,
+                        });
                     }
                 }
             }
@@ -288,9 +288,8 @@ pub fn table(fits: &[ExpressionFit]) -> String {
     for f in fits {
         let end = match &f.outcome {
             Outcome::Converged(_) => "converged".to_owned(),
-            Outcome::NotConverged(why) => format!("not converged: {why}"),
-            Outcome::Impossible(why) => format!("impossible pose: {why}"),
-            other => format!("not converged: {other:?}"),
+            Outcome::Impossible(_) => format!("impossible pose: {}", f.outcome.why()),
+            _ => format!("not converged: {}", f.outcome.why()),
         };
         let jaw = &f.jaw_pose;
         let off = jaw.condyles_off_mm;

@@ -15,10 +15,9 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
     if scene.landmarks.is_empty() {
-        return Err(Failure::Input(format!(
-            "{}: no landmarks to derive; add \"landmarks\" to the face",
-            scene.name
-        )));
+        return Err(Failure::NoLandmarks {
+            scene: scene.name.clone(),
+        });
     }
     let mut out = Output::prepare(output)?;
     let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;

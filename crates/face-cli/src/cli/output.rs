@@ -30,7 +30,10 @@ impl Output {
     /// Checks before any work is done that the results will have a place.
     pub fn prepare(args: &OutputArgs) -> Result<Self, Failure> {
         let folder = args.out.clone();
-        let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", folder.display()));
+        let cannot = |source| Failure::Output {
+            path: folder.clone(),
+            source,
+        };
         std::fs::create_dir_all(&folder).map_err(cannot)?;
         let lock = Lock::take(&folder)?;
         let mut entries = std::fs::read_dir(&folder).map_err(cannot)?;
@@ -147,7 +150,10 @@ struct Lock {
 impl Lock {
     fn take(folder: &Path) -> Result<Self, Failure> {
         let path = folder.join(LOCK);
-        let cannot = |e: std::io::Error| Failure::Output(format!("{}: {e}", path.display()));
+        let cannot = |source| Failure::Output {
+            path: path.clone(),
+            source,
+        };
         let file = File::create(&path).map_err(cannot)?;
         match file.try_lock() {
             Ok(()) => Ok(Self { path, _file: file }),
@@ -174,9 +180,7 @@ impl Drop for Lock {
 /// When it cannot be written for another reason.
 pub fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
     match writeln!(std::io::stdout(), "{text}") {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Output(format!("standard output: {e}")))
-        }
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::StandardOutput(e)),
         _ => Ok(()),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::args::{Format, OutputArgs, Pictures, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
-use super::error::Failure;
+use super::error::{Failure, Unsolved};
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{named_controls, open, pose};
@@ -106,26 +106,18 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
     let ratios = rig.assembly().volume_ratios(&last.in_cranium_frame);
     let mut worst: Vec<usize> = (0..ratios.len()).collect();
     worst.sort_by(|&a, &b| ratios[a].total_cmp(&ratios[b]));
-    let named = worst.iter().take(WORST);
-    let named: Vec<String> = named
-        .map(|&e| format!("element {e} (det F {:.3})", ratios[e]))
-        .collect();
+    worst.truncate(WORST);
     let (pose, positions) = (&last.parameters, last.positions());
     // The flesh, whatever was asked for: what went wrong is inside it.
     out.formats = vec![Format::Vtu];
     if let Err(failure) = out.write_shape("last_state", scene, rig, pose, &positions) {
         return failure;
     }
-    Failure::NotConverged(format!(
-        "{error}\n\
-         squashed most in the last state that was solved: {}\n\
-         that state is last_state.vtu in {}\n\
-         to try: a smaller jaw angle, lower activations, \"inversion\": \"allowed\" in the scene with \
-         a material that has no barrier of its own (stable_neo_hookean), or a mesh with fewer flat \
-         tetrahedra near those named",
-        named.join(", "),
-        out.folder().display()
-    ))
+    Failure::Unsolved(Box::new(Unsolved {
+        error,
+        worst: worst.into_iter().map(|e| (e, ratios[e])).collect(),
+        folder: out.folder().to_path_buf(),
+    }))
 }
 
 /// The muscles whose torque is more than rounding, strongest first.

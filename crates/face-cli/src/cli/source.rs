@@ -20,9 +20,8 @@ pub fn open(name: &str) -> Result<Source, Failure> {
     let tets = match name.split_once(':') {
         None if name == "builtin" => BUILTIN_TETS,
         Some(("builtin", tets)) => tets.parse().map_err(|_| {
-            Failure::Input(format!(
-                "\"{name}\": builtin:TETS wants a whole number of tetrahedra"
-            ))
+            let name = name.to_owned();
+            Failure::Tets { name }
         })?,
         _ => {
             return Ok(Source {
@@ -36,7 +35,7 @@ pub fn open(name: &str) -> Result<Source, Failure> {
 
 pub fn builtin(tets: usize) -> Result<Source, Failure> {
     let scene = Scene::builtin(tets)?;
-    let face = BuiltinFace::with_tets(tets).map_err(|e| Failure::Input(e.to_string()))?;
+    let face = BuiltinFace::with_tets(tets)?;
     Ok(Source {
         scene,
         builtin: Some(face),
@@ -69,10 +68,8 @@ pub fn named_controls<'s>(scene: &'s Scene, pose: &Parameters) -> BTreeMap<&'s s
 }
 
 fn parse_shift(text: &str) -> Result<[f64; 3], Failure> {
-    let wrong = || {
-        Failure::Input(format!(
-            "--jaw-shift \"{text}\": three numbers in millimeters, like 0,0,5"
-        ))
+    let wrong = || Failure::JawShift {
+        text: text.to_owned(),
     };
     let numbers: Vec<f64> = text
         .split(',')

@@ -5,7 +5,7 @@ use fem_assembly::{AssemblyError, FreePart, RenewingError};
 use fem_solvers::{ContinuationError, NewtonError, NewtonFailure};
 
 /// A pose without an equilibrium, or without a derivative there.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RigError {
     /// θ does not fit the rig.

@@ -5,8 +5,9 @@ use super::spec::{
     CavitySpec, ClosureSpec, LoadSpec, MotionSpec, PlaceSpec, StiffnessSpec, StrengthSpec,
 };
 use super::{Influence, InfluenceKind};
+use crate::defect::InfluenceDefect;
 use crate::load::Place;
-use crate::names::hint;
+use crate::names::similar;
 use crate::{Region, SceneError, SceneFile};
 use face_rig::anatomy::{Bone, Bones, Muscle};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
@@ -74,25 +75,24 @@ fn check_all(place: &Place, all: &[(String, Influence)]) -> Result<(), SceneErro
         let name = &influence.name;
         let named_before = all[..k].iter().any(|(_, other)| other.name == *name);
         if name.is_empty() || name.contains('=') || named_before {
-            let reason = format!("\"{name}\": names are unique, not empty and without \"=\"");
-            return Err(place.field(format!("{field}.name"), reason));
+            let name = name.clone();
+            return Err(place.field(format!("{field}.name"), InfluenceDefect::Name { name }));
         }
         let neutral = influence.neutral;
         if let Some([low, high]) = influence.range
             && !(low < high && (high - low).is_finite() && low <= neutral && neutral <= high)
         {
-            let reason = format!(
-                "[{low}, {high}] must be two finite numbers, the lower first, around {neutral}"
-            );
-            return Err(place.field(format!("{field}.range"), reason));
+            let defect = InfluenceDefect::Range { low, high, neutral };
+            return Err(place.field(format!("{field}.range"), defect));
         }
         if !neutral.is_finite() {
-            return Err(place.field(field.as_str(), format!("{neutral} is not finite")));
+            let value = neutral;
+            return Err(place.field(field.as_str(), InfluenceDefect::NotFinite { value }));
         }
         let twice = all[..k].iter().find(|(_, other)| overlap(other, influence));
         if let Some((first, _)) = twice {
-            let reason = format!("changes what {first} changes already; give one of them");
-            return Err(place.field(field.as_str(), reason));
+            let first = first.clone();
+            return Err(place.field(field.as_str(), InfluenceDefect::Twice { first }));
         }
     }
     Ok(())
@@ -126,7 +126,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn a_load(&self, field: &str, spec: &LoadSpec) -> Result<Influence, SceneError> {
         let rest = self.ground.mesh.nodes();
-        let unusable = |e: AssemblyError| self.body.place.field(field, e.to_string());
+        let unusable = |e: AssemblyError| self.body.place.field(field, e);
         let faces = |on: &PlaceSpec| self.body.faces(&format!("{field}.on"), on);
         let (name, range, kind) = match spec {
             LoadSpec::Force {
@@ -194,8 +194,7 @@ impl Reader<'_> {
         range: Option<[f64; 2]>,
     ) -> Result<Influence, SceneError> {
         if !(density > 0.0 && density.is_finite() && acceleration.iter().all(|g| g.is_finite())) {
-            let reason = "the density must be above 0, and all numbers finite";
-            return Err(self.body.place.field(field, reason));
+            return Err(self.body.place.field(field, InfluenceDefect::Gravity));
         }
         Ok(Influence {
             name: name.into(),
@@ -221,8 +220,7 @@ impl Reader<'_> {
         let to = to.map(|p| p.map(|c| c * scale));
         let finite = to.is_none_or(|p| p.iter().all(|c| c.is_finite()));
         if !(stiffness >= 0.0 && stiffness.is_finite() && finite) {
-            let reason = "the stiffness must be 0 or more, and all numbers finite";
-            return Err(self.body.place.field(field, reason));
+            return Err(self.body.place.field(field, InfluenceDefect::Springs));
         }
         let end = |&n: &u32| (n as usize, to.unwrap_or_else(|| self.ground.mesh.node(n)));
         Ok(Influence {
@@ -238,7 +236,7 @@ impl Reader<'_> {
 
     fn a_cavity(&self, field: &str, spec: &CavitySpec) -> Result<Influence, SceneError> {
         let place = self.body.place;
-        let unusable = |e: AssemblyError| place.field(format!("{field}.faces"), e.to_string());
+        let unusable = |e: AssemblyError| place.field(format!("{field}.faces"), e);
         let faces = Cavity::turned(self.body.faces(&format!("{field}.faces"), &spec.faces)?);
         let on_bone = |n: u32| self.ground.bones.of_node()[n as usize] != Bone::Free;
         let (cavity, apex) = match spec.closed_by {
@@ -251,9 +249,7 @@ impl Reader<'_> {
         };
         let cavity = cavity.map_err(unusable)?;
         if spec.range.is_none() && spec.pascals == 0.0 {
-            let reason =
-                "a pressure of 0 without a range does nothing; give \"pascals\" or \"range\"";
-            return Err(place.field(field, reason));
+            return Err(place.field(field, InfluenceDefect::NoPressure));
         }
         Ok(Influence {
             name: spec.name.clone(),
@@ -271,24 +267,22 @@ impl Reader<'_> {
         let mut nodes = self.body.nodes(&format!("{field}.nodes"), &spec.nodes)?;
         nodes.retain(|&n| self.ground.bones.of_node()[n as usize] == Bone::Free);
         if nodes.is_empty() {
-            let reason = "all of these nodes hang on a bone and move with it";
-            return Err(place.field(format!("{field}.nodes"), reason));
+            return Err(place.field(format!("{field}.nodes"), InfluenceDefect::OnBone));
         }
         let axis = |letter: char| "xyz".find(letter);
         let axes: Option<Vec<usize>> = spec.axes.chars().map(axis).collect();
         let axes = axes.filter(|axes| !axes.is_empty() && axes.is_sorted_by(|a, b| a < b));
         let Some(axes) = axes else {
-            let reason = format!("\"{}\": some of x, y and z in this order", spec.axes);
-            return Err(place.field(format!("{field}.axes"), reason));
+            let axes = spec.axes.clone();
+            return Err(place.field(format!("{field}.axes"), InfluenceDefect::Axes { axes }));
         };
         let by = spec.by.map(|d| d * place.scale);
         if !by.iter().all(|d| d.is_finite()) {
-            return Err(place.field(format!("{field}.by"), "the numbers must be finite"));
+            return Err(place.field(format!("{field}.by"), InfluenceDefect::Way));
         }
         if let Some(k) = (0..3).find(|k| by[*k] != 0.0 && !axes.contains(k)) {
-            let axis = ["x", "y", "z"][k];
-            let reason = format!("moves along {axis}, which is not among \"axes\"");
-            return Err(place.field(format!("{field}.by"), reason));
+            let axis = ['x', 'y', 'z'][k];
+            return Err(place.field(format!("{field}.by"), InfluenceDefect::FreeAxis { axis }));
         }
         let moved = nodes
             .iter()
@@ -316,9 +310,11 @@ impl Reader<'_> {
                 .collect();
         }
         if found.is_empty() {
-            let hint = hint(wanted, all().map(|(_, m)| m.name.as_str()));
-            let reason = format!("there is no muscle \"{wanted}\"{hint}");
-            return Err(self.body.place.field(format!("{field}.muscle"), reason));
+            let defect = InfluenceDefect::UnknownMuscle {
+                name: wanted.to_owned(),
+                similar: similar(wanted, all().map(|(_, m)| m.name.as_str())),
+            };
+            return Err(self.body.place.field(format!("{field}.muscle"), defect));
         }
         self.at_least_nothing(field, spec.change, spec.range)?;
         Ok(Influence {
@@ -351,7 +347,7 @@ impl Reader<'_> {
         if lowest >= -1.0 {
             return Ok(());
         }
-        let reason = format!("a change of {lowest} is below −1, which leaves nothing");
-        Err(self.body.place.field(field, reason))
+        let defect = InfluenceDefect::BelowNothing { lowest };
+        Err(self.body.place.field(field, defect))
     }
 }

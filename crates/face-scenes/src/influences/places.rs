@@ -1,8 +1,9 @@
 //! Which nodes and faces a scene means.
 
 use super::spec::PlaceSpec;
+use crate::defect::PlaceDefect;
 use crate::load::Place;
-use crate::names::hint;
+use crate::names::similar;
 use crate::{Region, SceneError};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
 
@@ -20,16 +21,15 @@ impl Body<'_> {
     /// The nodes that meet every condition, ascending.
     pub fn nodes(&self, field: &str, spec: &PlaceSpec) -> Result<Vec<u32>, SceneError> {
         if spec.seen_from.is_some() {
-            let reason = "only faces can be seen; leave it out, or give a box or a sphere";
-            return Err(self.place.field(format!("{field}.seen_from"), reason));
+            let field = format!("{field}.seen_from");
+            return Err(self.place.field(field, PlaceDefect::NodesUnseen));
         }
         let meets = self.conditions(field, spec)?;
         let nodes: Vec<u32> = (0..self.mesh.num_nodes() as u32)
             .filter(|&n| meets[n as usize])
             .collect();
         if nodes.is_empty() {
-            let reason = "no node meets these conditions; check the unit of lengths (\"scale\")";
-            return Err(self.place.field(field, reason));
+            return Err(self.place.field(field, PlaceDefect::NoNode));
         }
         Ok(nodes)
     }
@@ -42,17 +42,14 @@ impl Body<'_> {
             faces = self.seen(faces, eye.map(|c| c * self.place.scale));
         }
         if faces.is_empty() {
-            let reason = "no face of the boundary meets these conditions with all three nodes";
-            return Err(self.place.field(field, reason));
+            return Err(self.place.field(field, PlaceDefect::NoFace));
         }
         Ok(faces)
     }
 
     fn conditions(&self, field: &str, spec: &PlaceSpec) -> Result<Vec<bool>, SceneError> {
         if *spec == PlaceSpec::default() {
-            let reason =
-                "give a condition: box, sphere, array, region, nodes, or for faces seen_from";
-            return Err(self.place.field(field, reason));
+            return Err(self.place.field(field, PlaceDefect::NoCondition));
         }
         let scale = self.place.scale;
         let count = self.mesh.num_nodes();
@@ -68,8 +65,8 @@ impl Body<'_> {
         }
         if let Some(s) = spec.sphere {
             if !(s.radius > 0.0) {
-                let reason = format!("{} is no radius; it must be above 0", s.radius);
-                return Err(self.place.field(format!("{field}.sphere.radius"), reason));
+                let defect = PlaceDefect::Radius { radius: s.radius };
+                return Err(self.place.field(format!("{field}.sphere.radius"), defect));
             }
             let square =
                 |x: [f64; 3]| -> f64 { (0..3).map(|k| (x[k] - scale * s.center[k]).powi(2)).sum() };
@@ -77,8 +74,8 @@ impl Body<'_> {
         }
         if let Some(array) = &spec.array {
             let Some(file) = self.file else {
-                let reason = "the built-in face has no arrays; give a box or a sphere";
-                return Err(self.place.field(format!("{field}.array"), reason));
+                let field = format!("{field}.array");
+                return Err(self.place.field(field, PlaceDefect::NoArrays));
             };
             let labels = file.point_integers(&array.name)?;
             keep(&|n, _| array.labels.contains(&labels[n]));
@@ -88,9 +85,9 @@ impl Body<'_> {
             keep(&|n, _| inside[n]);
         }
         if let Some(nodes) = &spec.nodes {
-            if let Some(node) = nodes.iter().find(|n| **n as usize >= count) {
-                let reason = format!("node {node} does not exist; the mesh has {count}, from 0");
-                return Err(self.place.field(format!("{field}.nodes"), reason));
+            if let Some(&node) = nodes.iter().find(|n| **n as usize >= count) {
+                let defect = PlaceDefect::UnknownNode { node, count };
+                return Err(self.place.field(format!("{field}.nodes"), defect));
             }
             let mut listed = vec![false; count];
             nodes.iter().for_each(|&n| listed[n as usize] = true);
@@ -115,9 +112,11 @@ impl Body<'_> {
     pub fn region(&self, field: &str, name: &str) -> Result<usize, SceneError> {
         let found = self.regions.iter().position(|r| r.name == name);
         found.ok_or_else(|| {
-            let hint = hint(name, self.regions.iter().map(|r| r.name.as_str()));
-            let reason = format!("there is no region \"{name}\"{hint}");
-            self.place.field(field, reason)
+            let defect = PlaceDefect::UnknownRegion {
+                name: name.to_owned(),
+                similar: similar(name, self.regions.iter().map(|r| r.name.as_str())),
+            };
+            self.place.field(field, defect)
         })
     }
 
