@@ -37,7 +37,10 @@ const ARROWS: &[(&str, &[&str])] = &[
             "face-rig",
         ],
     ),
-    ("face-pictures", &["fem-kinematics", "fem-assembly"]),
+    (
+        "face-pictures",
+        &["fem-kinematics", "fem-solvers", "fem-assembly"],
+    ),
     (
         "face-cli",
         &[

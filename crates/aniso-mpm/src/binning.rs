@@ -7,7 +7,7 @@ use crate::blocks::{self, BlockSet, block_of, block_side};
 use crate::error::MpmError;
 use crate::float::{Float, all_finite};
 use crate::kernels::{Spline, locate};
-use rayon::prelude::*;
+use fem_solvers::parallel;
 use std::marker::PhantomData;
 
 /// No block at this place.
@@ -63,13 +63,30 @@ impl<K: Spline, const D: usize> Binning<K, D> {
     /// # Errors
     /// A position that is not finite or farther than 2²⁰ blocks from the origin.
     pub fn rebuild<T: Float>(&mut self, x: &[[T; D]]) -> Result<(), MpmError> {
+        self.find_keys(x);
+        let seen = self.find_blocks(x)?;
+        self.homes.rebuild(seen.iter().copied());
+        let rank: Vec<u32> = seen
+            .iter()
+            .map(|&k| {
+                self.homes
+                    .slot(blocks::coordinates(k))
+                    .map_or(NONE, |s| s as u32)
+            })
+            .collect();
+        self.sort(&rank);
+        self.link();
+        Ok(())
+    }
+
+    /// The key of every particle's block; `u64::MAX` for one that has none.
+    fn find_keys<T: Float>(&mut self, x: &[[T; D]]) {
         const CHUNK: usize = 4096;
         let h = T::from_f64(self.h);
         self.keys.resize(x.len(), 0);
-        self.keys
-            .par_chunks_mut(CHUNK)
-            .zip(x.par_chunks(CHUNK))
-            .for_each(|(keys, x)| {
+        parallel::each(
+            self.keys.chunks_mut(CHUNK).zip(x.chunks(CHUNK)),
+            |(keys, x)| {
                 for (key, x) in keys.iter_mut().zip(x) {
                     let block = block_of(locate::<K, T, D>(x, h).0);
                     *key = if all_finite(x) {
@@ -78,8 +95,13 @@ impl<K: Spline, const D: usize> Binning<K, D> {
                         u64::MAX
                     };
                 }
-            });
+            },
+        );
+    }
 
+    /// The keys of all blocks in the order in which particles name them; `slots` gets the place of each
+    /// particle's block among them.
+    fn find_blocks<T: Float>(&mut self, x: &[[T; D]]) -> Result<Vec<u64>, MpmError> {
         // Neighbors in memory are mostly neighbors in space: look a block up when it changes.
         let mut found = blocks::KeyMap::default();
         let mut seen = Vec::new();
@@ -103,16 +125,11 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             }
             self.slots.push(last.1);
         }
-        self.homes.rebuild(seen.iter().copied());
-        let rank: Vec<u32> = seen
-            .iter()
-            .map(|&k| {
-                self.homes
-                    .slot(blocks::coordinates(k))
-                    .map_or(NONE, |s| s as u32)
-            })
-            .collect();
+        Ok(seen)
+    }
 
+    /// Sorts the particles by home, given the home of each block that was found.
+    fn sort(&mut self, rank: &[u32]) {
         self.starts.clear();
         self.starts.resize(self.homes.len() + 1, 0);
         for slot in &mut self.slots {
@@ -123,14 +140,12 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             self.starts[b + 1] += self.starts[b];
         }
         let mut cursor = self.starts.clone();
-        self.order.resize(x.len(), 0);
+        self.order.resize(self.slots.len(), 0);
         for (p, &slot) in self.slots.iter().enumerate() {
             let at = &mut cursor[slot as usize];
             self.order[*at as usize] = p as u32;
             *at += 1;
         }
-        self.link();
-        Ok(())
     }
 
     /// Finds the node blocks of every home and the homes of every node block.

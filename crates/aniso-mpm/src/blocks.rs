@@ -6,6 +6,9 @@ use std::hash::{BuildHasherDefault, Hasher};
 /// Nodes in a block: 8×8 in 2D, 4×4×4 in 3D.
 pub const BLOCK_NODES: usize = 64;
 
+/// Blocks of nodes that one task handles.
+pub(crate) const BLOCKS: usize = 4;
+
 /// Nodes per axis of a block.
 #[inline(always)]
 pub const fn block_side(dimension: usize) -> usize {

@@ -8,7 +8,7 @@ use crate::simulation::Simulation;
 use crate::stresses::kirchhoff_stresses;
 use crate::transfer::Scheme;
 use fem_materials::DamageField;
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 const CHUNK: usize = 256;
 
@@ -26,19 +26,20 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         let can_tear = |body: &Body<M, D>| body.damage.is_some();
         kirchhoff_stresses(particles, bodies, None, can_tear, &mut self.tau);
         self.current_volume.resize(particles.len(), T::zero());
-        (
-            &mut self.tau,
-            &mut self.current_volume,
-            &particles.F,
-            &particles.volume,
-        )
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .for_each(|(tau, current_volume, F, &volume)| {
+        let now = self.tau.chunks_mut(CHUNK);
+        let now = now.zip(self.current_volume.chunks_mut(CHUNK));
+        let rest = particles
+            .F
+            .chunks(CHUNK)
+            .zip(particles.volume.chunks(CHUNK));
+        parallel::each(now.zip(rest), |((tau, current_volume), (F, volume))| {
+            let rest = F.iter().zip(volume);
+            for ((tau, current), (F, &volume)) in tau.iter_mut().zip(current_volume).zip(rest) {
                 let J = F.determinant();
                 *tau = cauchy_from_kirchhoff(tau, J);
-                *current_volume = volume * J;
-            });
+                *current = volume * J;
+            }
+        });
         let input = DamageInput {
             x: &particles.x,
             F: &particles.F,

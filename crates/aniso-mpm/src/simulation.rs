@@ -13,7 +13,7 @@ use crate::wave_speed::wave_speed;
 use crate::window::{CHUNK, Node};
 use fem_kinematics::Mat;
 use fem_materials::DamageField;
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 /// Numbers that steer a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,16 +197,17 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     /// Largest elastic wave speed over all particles, m/s.
     pub(crate) fn fastest_wave(&self) -> f64 {
         let p = &self.particles;
-        (0..p.len())
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .map(|i| {
-                let F = Mat::from_fn(|a, b| p.F[i].0[a][b].to_f64());
-                let density = p.mass[i].to_f64() / p.volume[i].to_f64();
-                let material = &self.bodies[p.body[i] as usize].material;
-                wave_speed(material, &F, p.damage[i].to_f64(), density)
-            })
-            .reduce(|| 0.0, worse)
+        let speed = |i: usize| {
+            let F = Mat::from_fn(|a, b| p.F[i].0[a][b].to_f64());
+            let density = p.mass[i].to_f64() / p.volume[i].to_f64();
+            let material = &self.bodies[p.body[i] as usize].material;
+            wave_speed(material, &F, p.damage[i].to_f64(), density)
+        };
+        let fastest: Vec<f64> = parallel::indexed(p.len().div_ceil(CHUNK), |chunk| {
+            let range = chunk * CHUNK..p.len().min((chunk + 1) * CHUNK);
+            range.map(speed).fold(0.0, worse)
+        });
+        fastest.into_iter().fold(0.0, worse)
     }
 
     /// The longest step that motion and elastic waves allow now, s.
@@ -238,29 +239,26 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     pub fn energies(&self) -> Energies {
         let (p, h) = (&self.particles, self.settings.cell_size);
         let inertia = <S::Kernel as crate::kernels::Spline>::INERTIA.unwrap_or(0.0) * h * h;
-        let partial: Vec<Energies> = (0..p.len().div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let mut e = Energies::default();
-                for i in chunk * CHUNK..p.len().min((chunk + 1) * CHUNK) {
-                    let m = p.mass[i].to_f64();
-                    let volume = p.volume[i].to_f64();
-                    let F = Mat::from_fn(|a, b| p.F[i].0[a][b].to_f64());
-                    let d = p.damage[i].to_f64();
-                    for a in 0..D {
-                        e.kinetic += 0.5 * m * p.v[i][a].to_f64().powi(2);
-                        e.gravitational -= m * self.settings.gravity[a] * p.x[i][a].to_f64();
-                        for b in 0..D {
-                            e.kinetic += 0.5 * m * inertia * p.C[i].0[a][b].to_f64().powi(2);
-                        }
+        let partial: Vec<Energies> = parallel::indexed(p.len().div_ceil(CHUNK), |chunk| {
+            let mut e = Energies::default();
+            for i in chunk * CHUNK..p.len().min((chunk + 1) * CHUNK) {
+                let m = p.mass[i].to_f64();
+                let volume = p.volume[i].to_f64();
+                let F = Mat::from_fn(|a, b| p.F[i].0[a][b].to_f64());
+                let d = p.damage[i].to_f64();
+                for a in 0..D {
+                    e.kinetic += 0.5 * m * p.v[i][a].to_f64().powi(2);
+                    e.gravitational -= m * self.settings.gravity[a] * p.x[i][a].to_f64();
+                    for b in 0..D {
+                        e.kinetic += 0.5 * m * inertia * p.C[i].0[a][b].to_f64().powi(2);
                     }
-                    let material = &self.bodies[p.body[i] as usize].material;
-                    e.elastic += volume * material.energy(&M::at_damage(d), &F);
-                    e.damaged_volume += volume * d;
                 }
-                e
-            })
-            .collect();
+                let material = &self.bodies[p.body[i] as usize].material;
+                e.elastic += volume * material.energy(&M::at_damage(d), &F);
+                e.damaged_volume += volume * d;
+            }
+            e
+        });
         partial.iter().fold(Energies::default(), |a, b| Energies {
             kinetic: a.kinetic + b.kinetic,
             elastic: a.elastic + b.elastic,

@@ -1,6 +1,6 @@
 //! The symplectic step (document 001, alg. 3 and 6): particles to grid, grid velocity, grid to particles.
 
-use crate::blocks::BLOCK_NODES;
+use crate::blocks::{BLOCK_NODES, BLOCKS};
 use crate::damage::DamageOutput;
 use crate::error::MpmError;
 use crate::float::{Float, all_finite, worse};
@@ -10,7 +10,7 @@ use crate::stresses::kirchhoff_stresses;
 use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
 use crate::window::{CHUNK, Node};
 use fem_materials::DamageField;
-use rayon::prelude::*;
+use fem_solvers::parallel;
 use std::marker::PhantomData;
 
 /// How often a rejected step is halved before it becomes an error.
@@ -142,11 +142,9 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         let (h, time) = (self.settings.cell_size, self.time + dt);
         let gravity: [T; D] = self.settings.gravity.map(|g| T::from_f64(g * dt));
         let (nodes, obstacles) = (&self.binning.nodes, &self.obstacles[..]);
-        self.field
-            .par_chunks_mut(BLOCK_NODES)
-            .enumerate()
-            .with_min_len(4)
-            .for_each(|(slot, block)| {
+        let tasks = self.field.chunks_mut(BLOCKS * BLOCK_NODES).enumerate();
+        parallel::each(tasks, |(task, blocks)| {
+            for (slot, block) in (task * BLOCKS..).zip(blocks.chunks_mut(BLOCK_NODES)) {
                 for node in block.iter_mut() {
                     velocity_of(node, &gravity);
                 }
@@ -158,62 +156,36 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
                         }
                     }
                 }
-            });
+            }
+        });
     }
 
     fn grid_to_particles(&mut self, dt: f64, new_damage: &DamageOutput<T>) -> Worst {
         let (particles, binning, field) = (&self.particles, &self.binning, &self.field[..]);
         let next = &mut self.next;
-        let order = &binning.order[..];
-        let worst: Vec<Worst> = (
-            next.x.par_chunks_mut(CHUNK),
-            next.v.par_chunks_mut(CHUNK),
-            next.C.par_chunks_mut(CHUNK),
-            next.F.par_chunks_mut(CHUNK),
-        )
-            .into_par_iter()
-            .enumerate()
-            .map(|(chunk, (x, v, C, F))| {
-                let first = chunk * CHUNK;
-                let ranks = first..first + x.len();
-                let mut visitor = GridToParticles::<T, S, D> {
-                    particles,
-                    h: T::from_f64(binning.h),
-                    dt: T::from_f64(dt),
-                    first,
-                    next: NextChunk { x, v, C, F },
-                    worst: Worst {
-                        speed_squared: 0.0,
-                        not_finite: None,
-                        too_fast: None,
-                    },
-                    scheme: PhantomData,
-                };
-                binning.visit(field, ranks, &mut visitor);
-                visitor.worst
-            })
-            .collect();
-        (
-            next.mass.par_chunks_mut(CHUNK),
-            next.volume.par_chunks_mut(CHUNK),
-            next.damage.par_chunks_mut(CHUNK),
-            next.history.par_chunks_mut(CHUNK),
-            next.body.par_chunks_mut(CHUNK),
-            next.id.par_chunks_mut(CHUNK),
-            order.par_chunks(CHUNK),
-        )
-            .into_par_iter()
-            .for_each(|(mass, volume, damage, history, body, id, order)| {
-                for (k, &p) in order.iter().enumerate() {
-                    let p = p as usize;
-                    mass[k] = particles.mass[p];
-                    volume[k] = particles.volume[p];
-                    damage[k] = new_damage.d[p];
-                    history[k] = new_damage.history[p];
-                    body[k] = particles.body[p];
-                    id[k] = particles.id[p];
-                }
-            });
+        let motion = next.x.chunks_mut(CHUNK).zip(next.v.chunks_mut(CHUNK));
+        let deformation = next.C.chunks_mut(CHUNK).zip(next.F.chunks_mut(CHUNK));
+        let tasks: Vec<_> = motion.zip(deformation).enumerate().collect();
+        let worst: Vec<Worst> = parallel::map(tasks, |(chunk, ((x, v), (C, F)))| {
+            let first = chunk * CHUNK;
+            let ranks = first..first + x.len();
+            let mut visitor = GridToParticles::<T, S, D> {
+                particles,
+                h: T::from_f64(binning.h),
+                dt: T::from_f64(dt),
+                first,
+                next: NextChunk { x, v, C, F },
+                worst: Worst {
+                    speed_squared: 0.0,
+                    not_finite: None,
+                    too_fast: None,
+                },
+                scheme: PhantomData,
+            };
+            binning.visit(field, ranks, &mut visitor);
+            visitor.worst
+        });
+        self.carry_over(new_damage);
         worst.into_iter().fold(
             Worst {
                 speed_squared: 0.0,
@@ -226,6 +198,36 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
                 too_fast: a.too_fast.or(b.too_fast),
             },
         )
+    }
+
+    /// What a particle keeps, in the new order.
+    fn carry_over(&mut self, new_damage: &DamageOutput<T>) {
+        let (particles, order) = (&self.particles, &self.binning.order[..]);
+        let next = &mut self.next;
+        let inertia = next
+            .mass
+            .chunks_mut(CHUNK)
+            .zip(next.volume.chunks_mut(CHUNK));
+        let damage = next
+            .damage
+            .chunks_mut(CHUNK)
+            .zip(next.history.chunks_mut(CHUNK));
+        let name = next.body.chunks_mut(CHUNK).zip(next.id.chunks_mut(CHUNK));
+        let kept = inertia.zip(damage).zip(name).zip(order.chunks(CHUNK));
+        parallel::each(
+            kept,
+            |((((mass, volume), (damage, history)), (body, id)), order)| {
+                for (k, &p) in order.iter().enumerate() {
+                    let p = p as usize;
+                    mass[k] = particles.mass[p];
+                    volume[k] = particles.volume[p];
+                    damage[k] = new_damage.d[p];
+                    history[k] = new_damage.history[p];
+                    body[k] = particles.body[p];
+                    id[k] = particles.id[p];
+                }
+            },
+        );
     }
 
     /// Makes the next state the current one if it is good.
@@ -242,13 +244,13 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         if let Some(particle) = worst.too_fast {
             return Err(reject(particle, "deforms too fast"));
         }
-        let wrong = (&damage.d, &damage.history)
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .position_first(|(d, history)| {
-                !(*d >= T::zero() && *d <= T::one() && history.is_finite())
-            });
-        if let Some(particle) = wrong {
+        let chunks = damage.d.chunks(CHUNK).zip(damage.history.chunks(CHUNK));
+        let wrong: Vec<Option<usize>> = parallel::map(chunks.collect(), |(d, history)| {
+            let mut all = d.iter().zip(history);
+            all.position(|(d, h)| !(*d >= T::zero() && *d <= T::one() && h.is_finite()))
+        });
+        let mut wrong = wrong.into_iter().enumerate();
+        if let Some(particle) = wrong.find_map(|(chunk, at)| Some(chunk * CHUNK + at?)) {
             let reason = "gets damage outside [0, 1] or a driving force that is not finite";
             return Err(reject(particle, reason));
         }

@@ -5,7 +5,7 @@ use crate::float::Float;
 use crate::particles::Particles;
 use fem_kinematics::{F64x8, Lanes, Mat, Pack, PackedKernel, dispatch_packed};
 use fem_materials::DamageField;
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 /// Particles handled by one task, a multiple of eight.
 const CHUNK: usize = 1024;
@@ -20,33 +20,31 @@ pub(crate) fn kirchhoff_stresses<T: Float, M: DamageField<D>, const D: usize>(
     tau: &mut Vec<Mat<T, D>>,
 ) {
     tau.resize(particles.len(), Mat::zeros());
-    tau.par_chunks_mut(CHUNK)
-        .enumerate()
-        .for_each(|(chunk, tau)| {
-            let first = chunk * CHUNK;
-            let last = first + tau.len();
-            let of_particle = &particles.body[first..last];
-            let mut present = of_particle.to_vec();
-            present.sort_unstable();
-            present.dedup();
-            for &body in &present {
-                let of_body = &bodies[usize::from(body)];
-                if !wanted(of_body) {
-                    for (tau, _) in tau.iter_mut().zip(of_particle).filter(|(_, b)| **b == body) {
-                        *tau = Mat::zeros();
-                    }
-                    continue;
+    parallel::each(tau.chunks_mut(CHUNK).enumerate(), |(chunk, tau)| {
+        let first = chunk * CHUNK;
+        let last = first + tau.len();
+        let of_particle = &particles.body[first..last];
+        let mut present = of_particle.to_vec();
+        present.sort_unstable();
+        present.dedup();
+        for &body in &present {
+            let of_body = &bodies[usize::from(body)];
+            if !wanted(of_body) {
+                for (tau, _) in tau.iter_mut().zip(of_particle).filter(|(_, b)| **b == body) {
+                    *tau = Mat::zeros();
                 }
-                dispatch_packed(OfBody {
-                    material: &of_body.material,
-                    body: (present.len() > 1).then_some(body),
-                    bodies: of_particle,
-                    F: &particles.F[first..last],
-                    damage: damage.map(|d| &d[first..last]),
-                    tau: &mut *tau,
-                });
+                continue;
             }
-        });
+            dispatch_packed(OfBody {
+                material: &of_body.material,
+                body: (present.len() > 1).then_some(body),
+                bodies: of_particle,
+                F: &particles.F[first..last],
+                damage: damage.map(|d| &d[first..last]),
+                tau: &mut *tau,
+            });
+        }
+    });
 }
 
 struct OfBody<'a, M, T, const D: usize> {

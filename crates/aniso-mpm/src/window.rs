@@ -6,11 +6,11 @@
 //! there are. Gathering copies the window from the field first, so that particles read from L1.
 
 use crate::binning::{Binning, NONE, corner};
-use crate::blocks::{BLOCK_NODES, block_side};
+use crate::blocks::{BLOCK_NODES, BLOCKS, block_side};
 use crate::float::Float;
 use crate::kernels::Spline;
 use fem_kinematics::{Quad, QuadKernel, dispatch_quads};
-use rayon::prelude::*;
+use fem_solvers::parallel;
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -159,25 +159,21 @@ impl<K: Spline, const D: usize> Binning<K, D> {
     ) {
         let len = Self::window_len();
         windows.resize(self.homes.len() * len, [T::zero(); 4]);
-        windows
-            .par_chunks_mut(len)
-            .enumerate()
-            .for_each(|(home, window)| {
-                let ranks = self.starts[home] as usize..self.starts[home + 1] as usize;
-                dispatch_quads(FillWindow {
-                    task,
-                    particles: &self.order[ranks],
-                    origin: self.origin(home),
-                    window,
-                });
+        parallel::each(windows.chunks_mut(len).enumerate(), |(home, window)| {
+            let ranks = self.starts[home] as usize..self.starts[home + 1] as usize;
+            dispatch_quads(FillWindow {
+                task,
+                particles: &self.order[ranks],
+                origin: self.origin(home),
+                window,
             });
+        });
         field.resize(self.field_len(), [T::zero(); 4]);
         let windows = &windows[..];
-        field
-            .par_chunks_mut(BLOCK_NODES)
-            .zip(self.sources.par_iter())
-            .with_min_len(4)
-            .for_each(|(block, sources)| {
+        let sources = self.sources.chunks(BLOCKS);
+        let tasks = field.chunks_mut(BLOCKS * BLOCK_NODES).zip(sources);
+        parallel::each(tasks, |(blocks, sources)| {
+            for (block, sources) in blocks.chunks_mut(BLOCK_NODES).zip(sources) {
                 block.fill([T::zero(); 4]);
                 for (n, &home) in sources.iter().enumerate().take(1 << D) {
                     if home != NONE {
@@ -194,7 +190,8 @@ impl<K: Spline, const D: usize> Binning<K, D> {
                         });
                     }
                 }
-            });
+            }
+        });
     }
 
     /// Rows that the window of a block shares with the node block at its corner `n`:
@@ -260,14 +257,11 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         G: Gather<T, D, Output = R>,
     {
         let mut sorted = vec![R::default(); self.order.len()];
-        sorted
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, out)| {
-                let first = chunk * CHUNK;
-                let ranks = first..first + out.len();
-                self.visit(field, ranks, &mut Collect { read, first, out });
-            });
+        parallel::each(sorted.chunks_mut(CHUNK).enumerate(), |(chunk, out)| {
+            let first = chunk * CHUNK;
+            let ranks = first..first + out.len();
+            self.visit(field, ranks, &mut Collect { read, first, out });
+        });
         let mut result = vec![R::default(); sorted.len()];
         for (&p, value) in self.order.iter().zip(sorted) {
             result[p as usize] = value;

@@ -1,6 +1,6 @@
 //! Which triangle is seen where: a z-buffer that keeps barycentric coordinates.
 
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 use super::Layer;
 use super::camera::Seen;
@@ -36,17 +36,15 @@ pub(super) fn rasterize(
     height: usize,
 ) -> Vec<Hit> {
     let mut hits = vec![MISS; width * height];
-    hits.par_chunks_mut(BAND * width)
-        .enumerate()
-        .for_each(|(band, rows)| {
-            let first = band * BAND;
-            for (l, layer) in layers.iter().enumerate() {
-                for (t, triangle) in layer.triangles.iter().enumerate() {
-                    let corners = triangle.map(|i| seen[l][i as usize]);
-                    fill(rows, width, first, corners, l as u32, t as u32);
-                }
+    parallel::each(hits.chunks_mut(BAND * width).enumerate(), |(band, rows)| {
+        let first = band * BAND;
+        for (l, layer) in layers.iter().enumerate() {
+            for (t, triangle) in layer.triangles.iter().enumerate() {
+                let corners = triangle.map(|i| seen[l][i as usize]);
+                fill(rows, width, first, corners, l as u32, t as u32);
             }
-        });
+        }
+    });
     hits
 }
 

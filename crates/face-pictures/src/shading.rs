@@ -1,6 +1,6 @@
 //! Light: a warm key light, a cool fill, a rim light from behind and a soft ambient term.
 
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 use super::canvas::Canvas;
 use super::colormap::{to_linear, to_srgb};
@@ -64,44 +64,36 @@ pub(super) fn shade(
     let radius = 0.09 * camera.half_height as f32;
     let ambient = ambient_light(&depth, &pixel_normals, width, height, pixel, radius);
 
-    let colors: Vec<[f32; 3]> = (0..width * height)
-        .into_par_iter()
-        .map(|i| {
+    // One sample of a pixel.
+    let color = |hit: &Hit, i: usize| {
+        if hit.layer == NOTHING {
             let (x, y) = (i % width, i / width);
-            let middle = center(i);
-            if plain(&hits, w, x, y, layers, 4.0 * pixel) {
-                let layer = &layers[middle.layer as usize];
-                let c = light(
-                    albedo(layer, middle),
-                    view_normal(middle),
-                    ambient[i],
-                    layer.gloss,
-                );
-                return c.map(to_srgb);
-            }
-            let mut sum = [0.0; 3];
-            for sy in 0..SAMPLES {
-                for sx in 0..SAMPLES {
-                    let hit = &hits[(y * SAMPLES + sy) * w + x * SAMPLES + sx];
-                    let c = if hit.layer == NOTHING {
-                        background(x as f32 / width as f32, y as f32 / height as f32)
-                    } else {
-                        let layer = &layers[hit.layer as usize];
-                        let mut albedo = albedo(layer, hit);
-                        if layer.edges == Edges::Shown {
-                            let line = edge(layer, &seen[hit.layer as usize], hit);
-                            albedo = albedo.map(|a| a * (1.0 - 0.6 * line));
-                        }
-                        light(albedo, view_normal(hit), ambient[i], layer.gloss)
-                    };
-                    for k in 0..3 {
-                        sum[k] += c[k];
-                    }
+            return background(x as f32 / width as f32, y as f32 / height as f32);
+        }
+        let layer = &layers[hit.layer as usize];
+        let mut albedo = albedo(layer, hit);
+        if layer.edges == Edges::Shown {
+            let line = edge(layer, &seen[hit.layer as usize], hit);
+            albedo = albedo.map(|a| a * (1.0 - 0.6 * line));
+        }
+        light(albedo, view_normal(hit), ambient[i], layer.gloss)
+    };
+    let colors: Vec<[f32; 3]> = parallel::indexed(width * height, |i| {
+        let (x, y) = (i % width, i / width);
+        if plain(&hits, w, x, y, layers, 4.0 * pixel) {
+            return color(center(i), i).map(to_srgb);
+        }
+        let mut sum = [0.0; 3];
+        for sy in 0..SAMPLES {
+            for sx in 0..SAMPLES {
+                let c = color(&hits[(y * SAMPLES + sy) * w + x * SAMPLES + sx], i);
+                for k in 0..3 {
+                    sum[k] += c[k];
                 }
             }
-            sum.map(|s| to_srgb(s / (SAMPLES * SAMPLES) as f32))
-        })
-        .collect();
+        }
+        sum.map(|s| to_srgb(s / (SAMPLES * SAMPLES) as f32))
+    });
     for (i, &c) in colors.iter().enumerate() {
         canvas.put(i % width, i / width, c);
     }

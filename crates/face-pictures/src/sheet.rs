@@ -6,7 +6,7 @@ use super::colormap::{tick_text, ticks};
 use super::panel::{Marker, Occlusion, Panel, Symbol};
 use super::shading::{Shaded, shade};
 use super::{PictureError, ScalarBar};
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 const PAPER: [f32; 3] = [1.0, 1.0, 1.0];
 const INK: [f32; 3] = [0.13, 0.14, 0.17];
@@ -68,13 +68,10 @@ impl<'a> Sheet<'a> {
             1.25 * size,
             width - 2 * gap,
         );
-        let mut pictures = self
-            .rows
-            .par_iter()
-            .flat_map(|row| &row.1)
-            .map(|panel| panel.draw(panel_width, panel_height))
-            .collect::<Result<Vec<_>, _>>()?
-            .into_iter();
+        let panels: Vec<&Panel> = self.rows.iter().flat_map(|row| &row.1).collect();
+        let draw = |panel: &Panel| panel.draw(panel_width, panel_height);
+        let pictures: Result<Vec<_>, _> = parallel::map(panels, draw);
+        let mut pictures = pictures?.into_iter();
         let mut top = head;
         for (heading, panels) in &self.rows {
             let mut y = top;

@@ -210,126 +210,135 @@ fn units_warning(height: f64) -> Option<String> {
     ))
 }
 
-fn warnings(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let mut warn = |condition: bool, text: String| {
+/// What looks wrong, in the order of the report.
+#[derive(Default)]
+struct Warnings(Vec<String>);
+
+impl Warnings {
+    fn add(&mut self, condition: bool, text: impl FnOnce() -> String) {
         if condition {
-            warnings.push(text);
-        }
-    };
-    let units = units_warning(report.mesh.size[1]);
-    warn(units.is_some(), units.unwrap_or_default());
-    let mesh = &report.mesh;
-    let pieces = mesh.components;
-    warn(
-        pieces > 1,
-        format!(
-            "the flesh has {pieces} pieces that share no face; pieces without bone nodes float away"
-        ),
-    );
-    let inverted = mesh.inverted;
-    warn(
-        inverted > 0,
-        format!("{inverted} tets had negative volume and were repaired; check the mesh's axes"),
-    );
-    warn(
-        mesh.smallest_dihedral < 5.0,
-        format!(
-            "dihedral angles down to {:.1}°; remesh around {:?}",
-            mesh.smallest_dihedral, mesh.worst
-        ),
-    );
-    warn(
-        scene.bones.jaw.is_empty(),
-        "no node hangs on the jaw: its motion will do nothing; label its nodes".into(),
-    );
-    let both = report.tets_touching_both_bones;
-    warn(
-        both > 0,
-        format!(
-            "{both} tets touch the cranium and the jaw; they limit how far the jaw opens, refine there"
-        ),
-    );
-    let between = &report.tets_moved_by_both_bones;
-    let (count, named) = (between.len(), &between[..between.len().min(8)]);
-    let more = if count > named.len() { ", …" } else { "" };
-    let list: Vec<String> = named.iter().map(u32::to_string).collect();
-    warn(
-        count > 0,
-        format!(
-            "{count} tets hang on cranium and jaw with all their nodes ({}{more}): they are moved by \
-             the bones alone and turn inside out when the jaw moves far; refine or remove them",
-            list.join(", ")
-        ),
-    );
-    for muscle in report.muscles.iter().filter(|m| m.tets == 0) {
-        let name = &muscle.name;
-        warn(
-            true,
-            format!("muscle {name} runs through no tet and does nothing; refine or check its path"),
-        );
-    }
-    for muscle in &scene.muscles {
-        let partner = match muscle.side() {
-            Side::Left => muscle.name.strip_suffix('L').map(|s| format!("{s}R")),
-            Side::Right => muscle.name.strip_suffix('R').map(|s| format!("{s}L")),
-            Side::Middle => None,
-        };
-        if let Some(partner) = partner {
-            let alone = !scene.muscles.iter().any(|m| m.name == partner);
-            warn(
-                alone,
-                format!("muscle {} has no partner {partner}", muscle.name),
-            );
+            self.0.push(text());
         }
     }
-    warn(
-        crowded > 0,
-        format!(
-            "in {crowded} tets the muscles' weights sum to more than 1: more flesh than there is room for"
-        ),
-    );
-    let landmarks = report.landmarks;
-    warn(
-        landmarks != 0 && landmarks != 68,
-        format!("{landmarks} landmarks instead of the usual 68"),
-    );
-    for target in &scene.targets {
-        let (goals, name) = (target.landmarks.len(), &target.name);
-        warn(
-            goals < landmarks,
-            format!("target {name} has {goals} of {landmarks} landmarks; the others are ignored"),
-        );
+
+    fn mesh(&mut self, mesh: &MeshReport) {
+        self.0.extend(units_warning(mesh.size[1]));
+        let pieces = mesh.components;
+        self.add(pieces > 1, || {
+            format!(
+                "the flesh has {pieces} pieces that share no face; pieces without bone nodes float away"
+            )
+        });
+        let inverted = mesh.inverted;
+        self.add(inverted > 0, || {
+            format!("{inverted} tets had negative volume and were repaired; check the mesh's axes")
+        });
+        let (angle, worst) = (mesh.smallest_dihedral, &mesh.worst);
+        self.add(angle < 5.0, || {
+            format!("dihedral angles down to {angle:.1}°; remesh around {worst:?}")
+        });
     }
-    warnings
+
+    fn bones(&mut self, scene: &Scene, report: &CheckReport) {
+        self.add(scene.bones.jaw.is_empty(), || {
+            "no node hangs on the jaw: its motion will do nothing; label its nodes".into()
+        });
+        let both = report.tets_touching_both_bones;
+        self.add(both > 0, || {
+            format!(
+                "{both} tets touch the cranium and the jaw; they limit how far the jaw opens, refine there"
+            )
+        });
+        let between = &report.tets_moved_by_both_bones;
+        let (count, named) = (between.len(), &between[..between.len().min(8)]);
+        let more = if count > named.len() { ", …" } else { "" };
+        let list: Vec<String> = named.iter().map(u32::to_string).collect();
+        self.add(count > 0, || {
+            format!(
+                "{count} tets hang on cranium and jaw with all their nodes ({}{more}): they are moved by \
+                 the bones alone and turn inside out when the jaw moves far; refine or remove them",
+                list.join(", ")
+            )
+        });
+    }
+
+    fn muscles(&mut self, scene: &Scene, report: &CheckReport, crowded: usize) {
+        for MuscleReport { name, tets, .. } in &report.muscles {
+            self.add(*tets == 0, || {
+                format!(
+                    "muscle {name} runs through no tet and does nothing; refine or check its path"
+                )
+            });
+        }
+        for muscle in &scene.muscles {
+            let name = &muscle.name;
+            let partner = match muscle.side() {
+                Side::Left => name.strip_suffix('L').map(|s| format!("{s}R")),
+                Side::Right => name.strip_suffix('R').map(|s| format!("{s}L")),
+                Side::Middle => None,
+            };
+            let missing = partner.filter(|p| !scene.muscles.iter().any(|m| m.name == *p));
+            let warning = |partner| format!("muscle {name} has no partner {partner}");
+            self.0.extend(missing.map(warning));
+        }
+        self.add(crowded > 0, || {
+            format!(
+                "in {crowded} tets the muscles' weights sum to more than 1: more flesh than there is room for"
+            )
+        });
+    }
+
+    fn targets(&mut self, scene: &Scene, landmarks: usize) {
+        self.add(landmarks != 0 && landmarks != 68, || {
+            format!("{landmarks} landmarks instead of the usual 68")
+        });
+        for target in &scene.targets {
+            let (goals, name) = (target.landmarks.len(), &target.name);
+            self.add(goals < landmarks, || {
+                format!(
+                    "target {name} has {goals} of {landmarks} landmarks; the others are ignored"
+                )
+            });
+        }
+    }
+}
+
+fn warnings(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<String> {
+    let mut warnings = Warnings::default();
+    warnings.mesh(&report.mesh);
+    warnings.bones(scene, report);
+    warnings.muscles(scene, report, crowded);
+    warnings.targets(scene, report.landmarks);
+    warnings.0
 }
 
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let m = &self.mesh;
-        let [w, h, d] = m.size.map(|v| v * 1e3);
-        let [shortest, median, longest] = m.edge_lengths.map(|v| v * 1e3);
         writeln!(f, "{}", self.name)?;
+        self.mesh.lines(f)?;
+        self.flesh(f)?;
+        for influence in &self.influences {
+            writeln!(f, "  control    {influence}")?;
+        }
         writeln!(
             f,
-            "  mesh       {} tets, {} nodes, {} piece(s)",
-            m.tets, m.nodes, m.components
+            "  points     {} landmarks, {} embedded, {} on the skin of dense targets",
+            self.landmarks, self.embedded_points, self.skin_vertices
         )?;
         writeln!(
             f,
-            "  size       {w:.1} x {h:.1} x {d:.1} mm, {:.1} cm³",
-            m.volume * 1e6
+            "  targets    {} expressions, {} identities",
+            self.expressions, self.identities
         )?;
-        writeln!(
-            f,
-            "  quality    dihedral angles {:.1}° to {:.1}°, {} tets under 10°, radius ratio from {:.3}",
-            m.smallest_dihedral, m.largest_dihedral, m.slivers, m.smallest_radius_ratio
-        )?;
-        writeln!(
-            f,
-            "             edges {shortest:.2} to {longest:.2} mm, median {median:.2} mm"
-        )?;
-        writeln!(f, "             worst tets {:?}", m.worst)?;
+        for warning in &self.warnings {
+            writeln!(f, "  warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+impl CheckReport {
+    fn flesh(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [free, cranium, jaw] = self.nodes_per_bone;
         writeln!(f, "  nodes      {free} free, {cranium} cranium, {jaw} jaw")?;
         writeln!(
@@ -360,22 +369,34 @@ impl fmt::Display for CheckReport {
             let (name, tets, cm3) = (&muscle.name, muscle.tets, muscle.volume * 1e6);
             writeln!(f, "    {name:<44} {side:<6} {tets:>7} tets {cm3:>8.3} cm³")?;
         }
-        for influence in &self.influences {
-            writeln!(f, "  control    {influence}")?;
-        }
+        Ok(())
+    }
+}
+
+impl MeshReport {
+    fn lines(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [w, h, d] = self.size.map(|v| v * 1e3);
+        let [shortest, median, longest] = self.edge_lengths.map(|v| v * 1e3);
         writeln!(
             f,
-            "  points     {} landmarks, {} embedded, {} on the skin of dense targets",
-            self.landmarks, self.embedded_points, self.skin_vertices
+            "  mesh       {} tets, {} nodes, {} piece(s)",
+            self.tets, self.nodes, self.components
         )?;
         writeln!(
             f,
-            "  targets    {} expressions, {} identities",
-            self.expressions, self.identities
+            "  size       {w:.1} x {h:.1} x {d:.1} mm, {:.1} cm³",
+            self.volume * 1e6
         )?;
-        for warning in &self.warnings {
-            writeln!(f, "  warning: {warning}")?;
-        }
+        writeln!(
+            f,
+            "  quality    dihedral angles {:.1}° to {:.1}°, {} tets under 10°, radius ratio from {:.3}",
+            self.smallest_dihedral, self.largest_dihedral, self.slivers, self.smallest_radius_ratio
+        )?;
+        writeln!(
+            f,
+            "             edges {shortest:.2} to {longest:.2} mm, median {median:.2} mm"
+        )?;
+        writeln!(f, "             worst tets {:?}", self.worst)?;
         Ok(())
     }
 }

@@ -57,26 +57,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         path,
         scale: file.scale,
     };
-    if !(file.scale > 0.0 && file.scale.is_finite()) {
-        let scale = file.scale;
-        return Err(place.field("scale", FleshDefect::Scale { scale }));
-    }
-    if let Some(defect) = file.fibers.defect() {
-        return Err(place.field("fibers", defect));
-    }
-    let material = material(&place, "material", &file.material)?;
-    let mut mesh_file = None;
-    let flesh = match &file.face {
-        FaceSource::Files(files) => {
-            let read = MeshFile::read(place.file(&files.mesh))?;
-            let read = mesh_file.insert(read);
-            from_files(&place, files, read, file.regions.as_ref(), material)?
-        }
-        FaceSource::Builtin(_) if file.regions.is_some() => {
-            return Err(place.field("regions", FleshDefect::RegionsOfBuiltin));
-        }
-        FaceSource::Builtin(spec) => generated::flesh(&place, spec.tets, material)?,
-    };
+    let (flesh, mesh_file) = flesh(&place, &file)?;
     let name = match file.name.as_str() {
         "" => path.file_stem().unwrap_or_default().to_string_lossy(),
         name => name.into(),
@@ -116,6 +97,29 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         }
     }
     Ok(scene)
+}
+
+/// The face itself, and the mesh file that it comes from, if any.
+fn flesh(place: &Place, file: &SceneFile) -> Result<(Flesh, Option<MeshFile>), SceneError> {
+    let scale = file.scale;
+    if !(scale > 0.0 && scale.is_finite()) {
+        return Err(place.field("scale", FleshDefect::Scale { scale }));
+    }
+    if let Some(defect) = file.fibers.defect() {
+        return Err(place.field("fibers", defect));
+    }
+    let material = material(place, "material", &file.material)?;
+    match &file.face {
+        FaceSource::Files(files) => {
+            let read = MeshFile::read(place.file(&files.mesh))?;
+            let flesh = from_files(place, files, &read, file.regions.as_ref(), material)?;
+            Ok((flesh, Some(read)))
+        }
+        FaceSource::Builtin(_) if file.regions.is_some() => {
+            Err(place.field("regions", FleshDefect::RegionsOfBuiltin))
+        }
+        FaceSource::Builtin(spec) => Ok((generated::flesh(place, spec.tets, material)?, None)),
+    }
 }
 
 impl Flesh {

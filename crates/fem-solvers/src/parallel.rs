@@ -39,6 +39,29 @@ pub fn map<T: Send, R: Send, C: FromIterator<R>>(
     tasks.into_iter().map(run).collect()
 }
 
+/// The result for every index below `count`.
+#[cfg(feature = "rayon")]
+pub fn indexed<R: Send, C: FromIterator<R> + FromParallelIterator<R>>(
+    count: usize,
+    run: impl Fn(usize) -> R + Send + Sync,
+) -> C {
+    (0..count).into_par_iter().map(run).collect()
+}
+
+/// The result for every index below `count`.
+#[cfg(not(feature = "rayon"))]
+pub fn indexed<R: Send, C: FromIterator<R>>(
+    count: usize,
+    run: impl Fn(usize) -> R + Send + Sync,
+) -> C {
+    (0..count).map(run).collect()
+}
+
+/// Runs every task.
+pub fn each<T: Send>(tasks: impl IntoIterator<Item = T>, run: impl Fn(T) + Send + Sync) {
+    map::<_, (), ()>(tasks.into_iter().collect(), run);
+}
+
 /// Threads that tasks are spread over.
 #[cfg(feature = "rayon")]
 pub fn threads() -> usize {

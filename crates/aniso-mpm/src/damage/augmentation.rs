@@ -12,7 +12,7 @@ use crate::error::{MpmError, same_length};
 use crate::float::Float;
 use crate::kernels::{Cubic, locate};
 use fem_kinematics::{Kernel, Mat};
-use rayon::prelude::*;
+use fem_solvers::parallel;
 use std::collections::HashSet;
 
 /// How damage moves in time.
@@ -109,17 +109,14 @@ impl<const D: usize> Augmentation<D> {
         }
         // Alg. 5 lines 5-11, alg. 8: the driving force and its history.
         let mut history = input.history.to_vec();
-        history
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, history)| {
-                dispatch(DrivingForces {
-                    input,
-                    model,
-                    first: chunk * CHUNK,
-                    history,
-                });
+        parallel::each(history.chunks_mut(CHUNK).enumerate(), |(chunk, history)| {
+            dispatch(DrivingForces {
+                input,
+                model,
+                first: chunk * CHUNK,
+                history,
             });
+        });
         let mut d = input.d.to_vec();
         let near = self.near_damage(input, &history, model);
         self.active_blocks = 0;

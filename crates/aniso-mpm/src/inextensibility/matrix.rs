@@ -5,7 +5,7 @@ use crate::binning::NONE;
 use crate::blocks::{BLOCK_NODES, block_side};
 use crate::kernels::for_each_node;
 use fem_kinematics::dot;
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 /// B with the cells and the nodes that take part in it, numbered without gaps.
 #[derive(Clone, Debug)]
@@ -22,6 +22,9 @@ pub struct ConstraintMatrix<const D: usize> {
     rows: Vec<u32>,
 }
 
+/// Rows or columns of a product that one task makes.
+const ROWS: usize = 64;
+
 /// Offsets of a cell's nodes on each axis: −1, 0, 1, 2.
 const SPAN: usize = 4;
 
@@ -32,10 +35,8 @@ impl<const D: usize> ConstraintMatrix<D> {
         let blocks = grid.node_blocks();
         // One task per block of cells: it visits the particles that can reach it and adds to its
         // own cells only.
-        let per_block: Vec<(Vec<u32>, Vec<[f64; D]>)> = (0..blocks.len())
-            .into_par_iter()
-            .map(|slot| block_rows(grid, slot, entries))
-            .collect();
+        let per_block: Vec<(Vec<u32>, Vec<[f64; D]>)> =
+            parallel::indexed(blocks.len(), |slot| block_rows(grid, slot, entries));
         let mut cells = Vec::new();
         let mut values = Vec::new();
         for (block_cells, block_values) in per_block {
@@ -102,27 +103,27 @@ impl<const D: usize> ConstraintMatrix<D> {
     /// y = B v; `v` has one entry per [`nodes`](Self::nodes), y one per [`cells`](Self::cells).
     pub fn apply(&self, v: &[[f64; D]], y: &mut [f64]) {
         let entries = Self::entries();
-        y.par_iter_mut()
-            .zip(self.values.par_chunks(entries))
-            .zip(self.columns.par_chunks(entries))
-            .with_min_len(64)
-            .for_each(|((y, values), columns)| {
+        let values = self.values.chunks(ROWS * entries);
+        let rows = values.zip(self.columns.chunks(ROWS * entries));
+        parallel::each(y.chunks_mut(ROWS).zip(rows), |(y, (values, columns))| {
+            let rows = values.chunks(entries).zip(columns.chunks(entries));
+            for (y, (values, columns)) in y.iter_mut().zip(rows) {
                 *y = 0.0;
                 for (value, &column) in values.iter().zip(columns) {
                     if column != NONE {
                         *y += dot(*value, v[column as usize]);
                     }
                 }
-            });
+            }
+        });
     }
 
     /// f = Bᵀ λ.
     pub fn apply_transpose(&self, lambda: &[f64], f: &mut [[f64; D]]) {
         let entries = Self::entries();
-        f.par_iter_mut()
-            .zip(self.rows.par_chunks(entries))
-            .with_min_len(64)
-            .for_each(|(f, rows)| {
+        let rows = self.rows.chunks(ROWS * entries);
+        parallel::each(f.chunks_mut(ROWS).zip(rows), |(f, rows)| {
+            for (f, rows) in f.iter_mut().zip(rows.chunks(entries)) {
                 *f = [0.0; D];
                 for (offset, &row) in rows.iter().enumerate() {
                     if row != NONE {
@@ -132,7 +133,8 @@ impl<const D: usize> ConstraintMatrix<D> {
                         }
                     }
                 }
-            });
+            }
+        });
     }
 
     /// The diagonal of L = B M⁻¹ Bᵀ for Δt/m_i on [`nodes`](Self::nodes).
@@ -157,28 +159,25 @@ impl<const D: usize> ConstraintMatrix<D> {
     /// L = B M⁻¹ Bᵀ, assembled: for each row the (column, value) pairs with the columns rising.
     pub fn assemble_schur(&self, inverse_mass: &[f64]) -> Vec<Vec<(u32, f64)>> {
         let entries = Self::entries();
-        (0..self.cells.len())
-            .into_par_iter()
-            .map(|row| {
-                let mut sums = std::collections::BTreeMap::new();
-                for at in row * entries..(row + 1) * entries {
-                    let column = self.columns[at];
-                    if column == NONE {
-                        continue;
-                    }
-                    let node = column as usize;
-                    for offset in 0..entries {
-                        let other = self.rows[node * entries + offset];
-                        if other != NONE {
-                            let value = self.values[other as usize * entries + offset];
-                            *sums.entry(other).or_insert(0.0) +=
-                                dot(self.values[at], value) * inverse_mass[node];
-                        }
+        parallel::indexed(self.cells.len(), |row| {
+            let mut sums = std::collections::BTreeMap::new();
+            for at in row * entries..(row + 1) * entries {
+                let column = self.columns[at];
+                if column == NONE {
+                    continue;
+                }
+                let node = column as usize;
+                for offset in 0..entries {
+                    let other = self.rows[node * entries + offset];
+                    if other != NONE {
+                        let value = self.values[other as usize * entries + offset];
+                        *sums.entry(other).or_insert(0.0) +=
+                            dot(self.values[at], value) * inverse_mass[node];
                     }
                 }
-                sums.into_iter().collect()
-            })
-            .collect()
+            }
+            sums.into_iter().collect()
+        })
     }
 }
 

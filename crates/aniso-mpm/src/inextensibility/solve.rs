@@ -132,16 +132,7 @@ impl<'a, const D: usize> Projection<'a, D> {
         let rows = self.scale.len();
         let mut v: Vec<[f64; D]> = nodes.iter().map(|&n| free[n as usize]).collect();
         let start = v.clone();
-        let before = self.violation(&v);
-        // |(B v)_z|/√L_zz is at most the mass norm of v: what is 1e-6 of that is rounding of a
-        // motion that stretches nothing.
-        let size: f64 = v
-            .iter()
-            .zip(&self.inverse_mass)
-            .map(|(v, &m)| if m > 0.0 { dot(*v, *v) / m } else { 0.0 })
-            .sum::<f64>()
-            .sqrt();
-        let before_max = before.iter().fold(1e-6 * size, |m, r| worse(m, r.abs()));
+        let before_max = self.size_of_violation(&v);
         let mut total = vec![0.0; rows];
         let mut iterations = 0;
         let mut left = before_max;
@@ -152,29 +143,8 @@ impl<'a, const D: usize> Projection<'a, D> {
             if !(left > params.relative_tolerance * before_max) {
                 break;
             }
-            let mut y = vec![0.0; rows];
-            let ones: Vec<f64> = self
-                .scale
-                .iter()
-                .map(|&s| if s > 0.0 { 1.0 } else { 0.0 })
-                .collect();
-            match pcg_semidefinite(self, &ones, &r, &mut y, params) {
-                Ok(info) => iterations += info.iterations,
-                // What rounding puts outside the range of L cannot be solved for; the iterate is
-                // still the best there is, and the check below decides.
-                Err(
-                    PcgError::Inconsistent { .. }
-                    | PcgError::Stagnated { .. }
-                    | PcgError::NotConverged { .. }
-                    | PcgError::NegativeCurvature { .. },
-                ) => iterations += params.max_iterations,
-                Err(error) => {
-                    return Err(MpmError::Solve {
-                        system: "inextensible fibers",
-                        source: error.into(),
-                    });
-                }
-            }
+            let (y, taken) = self.impulses(&r, params)?;
+            iterations += taken;
             for (total, (y, scale)) in total.iter_mut().zip(y.iter().zip(&self.scale)) {
                 *total += y * scale;
             }
@@ -206,6 +176,46 @@ impl<'a, const D: usize> Projection<'a, D> {
             iterations,
             violation,
         })
+    }
+
+    /// The largest violation, or what of it could be rounding.
+    fn size_of_violation(&self, v: &[[f64; D]]) -> f64 {
+        // |(B v)_z|/√L_zz is at most the mass norm of v: what is 1e-6 of that is rounding of a
+        // motion that stretches nothing.
+        let size: f64 = v
+            .iter()
+            .zip(&self.inverse_mass)
+            .map(|(v, &m)| if m > 0.0 { dot(*v, *v) / m } else { 0.0 })
+            .sum::<f64>()
+            .sqrt();
+        let violation = self.violation(v);
+        violation.iter().fold(1e-6 * size, |m, r| worse(m, r.abs()))
+    }
+
+    /// The scaled impulses that take back a violation as far as rounding lets them, and the iterations
+    /// that it took to find them.
+    fn impulses(&self, r: &[f64], params: &PcgParams) -> Result<(Vec<f64>, usize), MpmError> {
+        let mut y = vec![0.0; r.len()];
+        let ones: Vec<f64> = self
+            .scale
+            .iter()
+            .map(|&s| if s > 0.0 { 1.0 } else { 0.0 })
+            .collect();
+        match pcg_semidefinite(self, &ones, r, &mut y, params) {
+            Ok(info) => Ok((y, info.iterations)),
+            // What rounding puts outside the range of L cannot be solved for; the iterate is
+            // still the best there is, and what it leaves decides.
+            Err(
+                PcgError::Inconsistent { .. }
+                | PcgError::Stagnated { .. }
+                | PcgError::NotConverged { .. }
+                | PcgError::NegativeCurvature { .. },
+            ) => Ok((y, params.max_iterations)),
+            Err(error) => Err(MpmError::Solve {
+                system: "inextensible fibers",
+                source: error.into(),
+            }),
+        }
     }
 
     /// (B v − right-hand side)/√L_zz for every row, collisions last.

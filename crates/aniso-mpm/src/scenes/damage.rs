@@ -22,170 +22,214 @@ fn flat<const D: usize>(m: &[Mat<f64, D>]) -> Vec<f64> {
     m.iter().flat_map(|m| m.0.as_flattened().to_vec()).collect()
 }
 
-fn one<const D: usize>(case: &Value) -> Result<Vec<Deviation>, String> {
-    let mut report = Report {
-        prefix: format!(
-            "{D}D/{}",
-            at(case, "symmetry")?.as_str().unwrap_or_default()
-        ),
-        deviations: Vec::new(),
-    };
-    let (h, per_axis) = (number(case, "h")?, number(case, "nodes_per_axis")? as usize);
-    let parameters = DamageParameters {
-        length_scale: number(case, "l0")?,
-        zeta: number(case, "zeta")?,
-        sigma_crit: number(case, "sigma_crit")?,
-        eta: number(case, "eta")?,
-    };
-    let x = vectors::<D>(case, "x")?;
-    let (F, sigma) = (matrices::<D>(case, "F")?, matrices::<D>(case, "sigma")?);
-    let (volume, d) = (numbers(case, "V")?, numbers(case, "d")?);
-    let history = numbers(case, "D_history")?;
-    let alpha = numbers(case, "alpha")?;
-    let a1 = vectors::<D>(case, "a1")?;
-    let a2 = if alpha.len() > 1 {
-        vectors::<D>(case, "a2")?
-    } else {
-        Vec::new()
-    };
-    let directors = |p: usize| {
-        let first = Director {
-            direction: a1[p],
-            weight: alpha[0],
-        };
-        match a2.get(p) {
-            None => Directors::TransverselyIsotropic(first),
-            Some(&direction) => Directors::Orthotropic(
-                first,
-                Director {
-                    direction,
-                    weight: alpha[1],
-                },
-            ),
-        }
-    };
-    let mut check = |name: &str, ours: &[f64], theirs: &[f64]| {
-        report.push(name, relative(ours, theirs), TOLERANCE);
-    };
-
-    let all = 0..x.len();
-    let A: Vec<_> = all
-        .clone()
-        .map(|p| directors(p).structural_tensor(&F[p]))
-        .collect();
-    check(
-        "structural_tensor",
-        &flat(&A),
-        &numbers(case, "structural_tensor")?,
-    );
-    let plus: Vec<_> = sigma.iter().map(tensile_part).collect();
-    check("sigma_plus", &flat(&plus), &numbers(case, "sigma_plus")?);
-    let Phi: Vec<f64> = all
-        .clone()
-        .map(|p| crack_stress(&A[p], &plus[p], parameters.sigma_crit))
-        .collect();
-    check("Phi", &Phi, &numbers(case, "Phi")?);
-    let force: Vec<f64> = all
-        .clone()
-        .map(|p| driving_force(&parameters, &directors(p), &F[p], &sigma[p], history[p]))
-        .collect();
-    check("D_tilde", &force, &numbers(case, "D_tilde")?);
-
+fn one<const D: usize>(file: &Value) -> Result<Vec<Deviation>, String> {
+    let mut case = Case::<D>::read(file)?;
+    let force = case.driving_forces()?;
+    let h = number(file, "h")?;
     let mut grid = DamageGrid::<D>::new(h);
-    grid.particles_to_grid(&x, &d).map_err(|e| e.to_string())?;
-    let active: Vec<usize> = numbers(case, "active_nodes")?
-        .iter()
-        .map(|&n| n as usize)
-        .collect();
-    let places: Vec<usize> = active
-        .iter()
-        .map(|&n| grid.node_blocks().node_index(node(n, per_axis)))
-        .collect::<Option<_>>()
-        .ok_or("an active node is not on the grid")?;
-    let on_grid = |values: &[f64]| -> Vec<f64> { places.iter().map(|&p| values[p]).collect() };
-    check(
-        "active nodes",
-        &[grid.nodes().count() as f64],
-        &[active.len() as f64],
-    );
-    check(
-        "d_grid",
-        &on_grid(&grid.values()),
-        &numbers(case, "d_grid")?,
-    );
-    let laplacian = grid.laplacians();
-    check("laplacian", &laplacian, &numbers(case, "laplacian")?);
-    let resistance: Vec<f64> = all
-        .clone()
-        .map(|p| geometric_resistance(d[p], laplacian[p], parameters.length_scale))
-        .collect();
-    check("D_c", &resistance, &numbers(case, "D_c")?);
-    let dt = number(case, "dt_explicit")?;
-    let explicit: Vec<f64> = all
-        .map(|p| explicit_update(&parameters, d[p], force[p], laplacian[p], dt))
-        .collect();
-    check("d_explicit", &explicit, &numbers(case, "d_explicit")?);
+    let spread = grid.particles_to_grid(&case.x, &case.d);
+    spread.map_err(|e| e.to_string())?;
+    let places = case.active(&grid)?;
+    case.explicit(&grid, &places, &force)?;
+    case.implicit(&grid, &places, &force)?;
+    Ok(case.report.deviations)
+}
 
-    let implicit = at(case, "implicit")?;
-    let dt = number(case, "dt_implicit")?;
-    let probe = numbers(implicit, "probe")?;
-    let solutions = at(implicit, "solutions")?;
-    for (gradient, name) in [(Gradient::MlsMpm, "mls"), (Gradient::BSpline, "bspline")] {
-        for (right_hand_side, side, c) in [
-            (RightHandSide::GridDamage, "grid_d", "c"),
-            (RightHandSide::ParticleDamage, "particle_d", "c_particle_d"),
-        ] {
-            let options = ImplicitOptions {
-                right_hand_side,
-                gradient,
-                tolerance: 1e-13,
-            };
-            let constants = |_| parameters;
-            let system = ImplicitSystem::new(&grid, &volume, &force, &d, dt, &constants, &options)
-                .map_err(|e| e.to_string())?;
-            check(
-                c,
-                &on_grid(system.right_hand_side()),
-                &numbers(implicit, c)?,
-            );
-            check(
-                "A",
-                &on_grid(system.lumped()),
-                &numbers(implicit, "A_diagonal")?,
-            );
-            let diagonal: Vec<f64> = system
-                .diagonal()
-                .iter()
-                .zip(system.lumped())
-                .map(|(d, a)| d - a)
-                .collect();
-            let key = format!("B_{name}_diagonal");
-            check(&key, &on_grid(&diagonal), &numbers(implicit, &key)?);
-            let mut u = vec![0.0; diagonal.len()];
-            for (&place, &value) in places.iter().zip(&probe) {
-                u[place] = value;
+/// The particles of a case, and what was found about them so far.
+struct Case<'f, const D: usize> {
+    file: &'f Value,
+    report: Report,
+    parameters: DamageParameters,
+    x: Vec<[f64; D]>,
+    d: Vec<f64>,
+    directors: Vec<Directors<D>>,
+}
+
+impl<'f, const D: usize> Case<'f, D> {
+    fn read(file: &'f Value) -> Result<Self, String> {
+        let symmetry = at(file, "symmetry")?.as_str().unwrap_or_default();
+        let alpha = numbers(file, "alpha")?;
+        let a1 = vectors::<D>(file, "a1")?.into_iter();
+        let first = a1.map(|direction| Director {
+            direction,
+            weight: alpha[0],
+        });
+        let directors = match alpha.get(1) {
+            None => first.map(Directors::TransverselyIsotropic).collect(),
+            Some(&weight) => {
+                let second = vectors::<D>(file, "a2")?.into_iter();
+                let second = second.map(|direction| Director { direction, weight });
+                let pairs = first.zip(second);
+                pairs.map(|(a, b)| Directors::Orthotropic(a, b)).collect()
             }
-            let mut product = vec![0.0; u.len()];
-            system.apply_laplace(&u, &mut product);
-            let key = format!("B_{name}_times_probe");
-            check(&key, &on_grid(&product), &numbers(implicit, &key)?);
-            if let Some(expected) = solutions.get(format!("{name}/{side}")) {
-                let solved = system.solve(options.tolerance).map_err(|e| e.to_string())?;
-                let key = format!("{name}/{side}");
-                check(
-                    &format!("{key}/d_grid"),
-                    &on_grid(&solved),
-                    &numbers(expected, "d_grid")?,
-                );
-                check(
-                    &format!("{key}/d_particles"),
-                    &system.as_printed(&solved),
-                    &numbers(expected, "d_particles")?,
-                );
+        };
+        Ok(Self {
+            file,
+            report: Report {
+                prefix: format!("{D}D/{symmetry}"),
+                deviations: Vec::new(),
+            },
+            parameters: DamageParameters {
+                length_scale: number(file, "l0")?,
+                zeta: number(file, "zeta")?,
+                sigma_crit: number(file, "sigma_crit")?,
+                eta: number(file, "eta")?,
+            },
+            x: vectors(file, "x")?,
+            d: numbers(file, "d")?,
+            directors,
+        })
+    }
+
+    fn check(&mut self, name: &str, ours: &[f64], theirs: &[f64]) {
+        self.report.push(name, relative(ours, theirs), TOLERANCE);
+    }
+
+    /// Compares what a particle knows alone, and returns its driving force.
+    fn driving_forces(&mut self) -> Result<Vec<f64>, String> {
+        let file = self.file;
+        let (F, sigma) = (matrices::<D>(file, "F")?, matrices::<D>(file, "sigma")?);
+        let history = numbers(file, "D_history")?;
+        let parameters = self.parameters;
+        let tensors = self.directors.iter().zip(&F);
+        let A: Vec<_> = tensors.map(|(a, F)| a.structural_tensor(F)).collect();
+        let expected = numbers(file, "structural_tensor")?;
+        self.check("structural_tensor", &flat(&A), &expected);
+        let plus: Vec<_> = sigma.iter().map(tensile_part).collect();
+        self.check("sigma_plus", &flat(&plus), &numbers(file, "sigma_plus")?);
+        let stresses = A.iter().zip(&plus);
+        let Phi: Vec<f64> = stresses
+            .map(|(A, plus)| crack_stress(A, plus, parameters.sigma_crit))
+            .collect();
+        self.check("Phi", &Phi, &numbers(file, "Phi")?);
+        let all = self.directors.iter().enumerate();
+        let force: Vec<f64> = all
+            .map(|(p, a)| driving_force(&parameters, a, &F[p], &sigma[p], history[p]))
+            .collect();
+        self.check("D_tilde", &force, &numbers(file, "D_tilde")?);
+        Ok(force)
+    }
+
+    /// Where the active nodes of the file are on the grid.
+    fn active(&mut self, grid: &DamageGrid<D>) -> Result<Vec<usize>, String> {
+        let per_axis = number(self.file, "nodes_per_axis")? as usize;
+        let active = numbers(self.file, "active_nodes")?;
+        let place = |n: &f64| grid.node_blocks().node_index(node(*n as usize, per_axis));
+        let places: Option<Vec<usize>> = active.iter().map(place).collect();
+        let count = grid.nodes().count() as f64;
+        self.check("active nodes", &[count], &[active.len() as f64]);
+        places.ok_or_else(|| "an active node is not on the grid".into())
+    }
+
+    fn explicit(
+        &mut self,
+        grid: &DamageGrid<D>,
+        places: &[usize],
+        force: &[f64],
+    ) -> Result<(), String> {
+        let (file, parameters) = (self.file, self.parameters);
+        let on_grid = pick(places, &grid.values());
+        self.check("d_grid", &on_grid, &numbers(file, "d_grid")?);
+        let laplacian = grid.laplacians();
+        self.check("laplacian", &laplacian, &numbers(file, "laplacian")?);
+        let all = || self.d.iter().zip(&laplacian);
+        let resistance: Vec<f64> = all()
+            .map(|(&d, &l)| geometric_resistance(d, l, parameters.length_scale))
+            .collect();
+        let dt = number(file, "dt_explicit")?;
+        let updated: Vec<f64> = all()
+            .zip(force)
+            .map(|((&d, &l), &force)| explicit_update(&parameters, d, force, l, dt))
+            .collect();
+        self.check("D_c", &resistance, &numbers(file, "D_c")?);
+        self.check("d_explicit", &updated, &numbers(file, "d_explicit")?);
+        Ok(())
+    }
+
+    fn implicit(
+        &mut self,
+        grid: &DamageGrid<D>,
+        places: &[usize],
+        force: &[f64],
+    ) -> Result<(), String> {
+        let (volume, dt) = (numbers(self.file, "V")?, number(self.file, "dt_implicit")?);
+        let parameters = self.parameters;
+        let constants = |_| parameters;
+        for (gradient, name) in [(Gradient::MlsMpm, "mls"), (Gradient::BSpline, "bspline")] {
+            for (right_hand_side, side, c) in [
+                (RightHandSide::GridDamage, "grid_d", "c"),
+                (RightHandSide::ParticleDamage, "particle_d", "c_particle_d"),
+            ] {
+                let options = ImplicitOptions {
+                    right_hand_side,
+                    gradient,
+                    tolerance: 1e-13,
+                };
+                let d = self.d.clone();
+                let system =
+                    ImplicitSystem::new(grid, &volume, force, &d, dt, &constants, &options)
+                        .map_err(|e| e.to_string())?;
+                let at_hand = at(self.file, "implicit")?;
+                let expected = numbers(at_hand, c)?;
+                self.check(c, &pick(places, system.right_hand_side()), &expected);
+                self.operator(&system, places, name)?;
+                self.solution(&system, places, &format!("{name}/{side}"))?;
             }
         }
+        Ok(())
     }
-    Ok(report.deviations)
+
+    /// A and B of A + B, and B times a vector.
+    fn operator(
+        &mut self,
+        system: &ImplicitSystem<D>,
+        places: &[usize],
+        name: &str,
+    ) -> Result<(), String> {
+        let file = at(self.file, "implicit")?;
+        let lumped = system.lumped();
+        let expected = numbers(file, "A_diagonal")?;
+        self.check("A", &pick(places, lumped), &expected);
+        let both = system.diagonal();
+        let diagonal: Vec<f64> = both.iter().zip(lumped).map(|(d, a)| d - a).collect();
+        let key = format!("B_{name}_diagonal");
+        self.check(&key, &pick(places, &diagonal), &numbers(file, &key)?);
+        let mut u = vec![0.0; diagonal.len()];
+        for (&place, &value) in places.iter().zip(&numbers(file, "probe")?) {
+            u[place] = value;
+        }
+        let mut product = vec![0.0; u.len()];
+        system.apply_laplace(&u, &mut product);
+        let key = format!("B_{name}_times_probe");
+        self.check(&key, &pick(places, &product), &numbers(file, &key)?);
+        Ok(())
+    }
+
+    /// The solution, where the file has it.
+    fn solution(
+        &mut self,
+        system: &ImplicitSystem<D>,
+        places: &[usize],
+        key: &str,
+    ) -> Result<(), String> {
+        let solutions = at(at(self.file, "implicit")?, "solutions")?;
+        let Some(expected) = solutions.get(key) else {
+            return Ok(());
+        };
+        let solved = system.solve(1e-13).map_err(|e| e.to_string())?;
+        let on_grid = numbers(expected, "d_grid")?;
+        self.check(&format!("{key}/d_grid"), &pick(places, &solved), &on_grid);
+        let (ours, theirs) = (
+            system.as_printed(&solved),
+            numbers(expected, "d_particles")?,
+        );
+        self.check(&format!("{key}/d_particles"), &ours, &theirs);
+        Ok(())
+    }
+}
+
+fn pick(places: &[usize], values: &[f64]) -> Vec<f64> {
+    places.iter().map(|&p| values[p]).collect()
 }
 
 /// All particles equal: the answer does not depend on kernels.

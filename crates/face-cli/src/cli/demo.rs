@@ -7,10 +7,14 @@ use super::fit::table;
 use super::output::{Output, say};
 use super::progress::bar;
 use super::source::{Source, builtin};
+use face_rig::anatomy::EmbeddedPoint;
 use face_rig::fit::{CraniumModel, FitIteration, FitParams, Goal, Parametrization};
-use face_rig::rig::{EmbeddedPoints, RigParams};
+use face_rig::rig::{EmbeddedPoints, Rig, RigParams};
 use face_scenes::builtin::BuiltinFace;
-use face_scenes::{ExpressionFit, Observed, Target, TargetKind, fit_expression, parse_activations};
+use face_scenes::{
+    ExpressionFit, Observed, Scene, Target, TargetKind, fit_expression, parse_activations,
+};
+use indicatif::ProgressBar;
 use serde_json::json;
 use std::time::Instant;
 
@@ -73,54 +77,23 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         activation_weight: 1e-9,
         ..FitParams::default()
     };
-    let rest = rig.solved().clone();
     let landmarks = scene.landmark_points(0..scene.landmarks.len());
+    let demo = Demo {
+        scene,
+        map: &map,
+        params: &params,
+        landmarks: &landmarks,
+        progress: &progress,
+    };
+    let rest = rig.solved().clone();
     let mut done: Vec<Done> = Vec::new();
     for (name, settings, degrees) in EXPRESSIONS {
-        progress.set_message(format!("posing: {name}"));
         let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;
         truth.extend([degrees.to_radians(), 0.0, 0.0, 0.0]);
         rig.start_from(rest.clone())?;
-        let posed = out.phase(&format!("pose {name}"), || {
-            rig.solve(&map.parameters(&truth)).map(|s| s.positions())
-        })?;
-        progress.inc(1);
-        let target = Target {
-            name: name.into(),
-            kind: TargetKind::Expression,
-            landmarks: landmarks
-                .0
-                .iter()
-                .map(|&point| Goal {
-                    point,
-                    position: point.position(&posed),
-                    weight: 1.0,
-                })
-                .collect(),
-            dense: None,
-            jaw_truth: None,
-        };
+        let posed = demo.pose(name, &mut rig, &truth, &mut out)?;
         rig.start_from(rest.clone())?;
-        let fit = out.phase(&format!("fit {name}"), || {
-            let mut observer = |i: &FitIteration| {
-                progress.set_message(format!(
-                    "fitting {name}: step {}, {:.3} mm",
-                    i.iteration, i.rms_mm
-                ));
-            };
-            fit_expression(
-                scene,
-                &mut rig,
-                &target,
-                Observed::Landmarks,
-                &map,
-                &params,
-                &map.rest(),
-                &mut observer,
-            )
-        })?;
-        out.write_shape(name, scene, &rig, &map.parameters(&fit.q), &fit.positions)?;
-        progress.inc(1);
+        let fit = demo.find(name, &mut rig, &posed, &mut out)?;
         done.push(Done { fit, posed, truth });
     }
     if out.pictures != Pictures::None {
@@ -134,38 +107,102 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     let truths: Vec<&[f64]> = done.iter().map(|d| d.truth.as_slice()).collect();
     let names: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": names, "fits": fits, "truths": truths });
-    let report = out.report(
-        "demo",
-        json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
-            "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
-            "stop_mm": 1e3 * params.rms_change }),
-        results,
-    )?;
+    let settings = json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
+        "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
+        "stop_mm": 1e3 * params.rms_change });
+    let report = out.report("demo", settings, results)?;
+    if output.json {
+        say(serde_json::to_string_pretty(&report)?)?;
+    } else {
+        let (name, nodes) = (&scene.name, scene.mesh.num_nodes());
+        say(format!("{name}: {nodes} nodes, {muscles} muscles"))?;
+        say(table(&fits).trim_end())?;
+        say(format!(
+            "look at {}; the report is report.json",
+            out.folder().join("demo.png").display()
+        ))?;
+    }
     let unfinished = fits.iter().filter(|fit| !fit.converged());
     let unfinished: Vec<String> = unfinished.map(|fit| fit.name.clone()).collect();
-    let end = match unfinished.is_empty() {
+    match unfinished.is_empty() {
         true => Ok(()),
         false => Err(Failure::Unfinished {
             fits: unfinished,
             of: fits.len(),
         }),
-    };
-    if output.json {
-        say(serde_json::to_string_pretty(&report)?)?;
-        return end;
     }
-    say(format!(
-        "{}: {} nodes, {} muscles",
-        scene.name,
-        scene.mesh.num_nodes(),
-        muscles
-    ))?;
-    say(table(&fits).trim_end())?;
-    say(format!(
-        "look at {}; the report is report.json",
-        out.folder().join("demo.png").display()
-    ))?;
-    end
+}
+
+/// What all expressions have in common.
+struct Demo<'a> {
+    scene: &'a Scene,
+    map: &'a Parametrization,
+    params: &'a FitParams,
+    landmarks: &'a EmbeddedPoints,
+    progress: &'a ProgressBar,
+}
+
+impl Demo<'_> {
+    /// Where the flesh is for these numbers.
+    fn pose(
+        &self,
+        name: &str,
+        rig: &mut Rig,
+        truth: &[f64],
+        out: &mut Output,
+    ) -> Result<Vec<[f64; 3]>, Failure> {
+        self.progress.set_message(format!("posing: {name}"));
+        let parameters = self.map.parameters(truth);
+        let posed = out.phase(&format!("pose {name}"), || {
+            rig.solve(&parameters).map(|s| s.positions())
+        })?;
+        self.progress.inc(1);
+        Ok(posed)
+    }
+
+    /// Finds the numbers again from where the landmarks are.
+    fn find(
+        &self,
+        name: &str,
+        rig: &mut Rig,
+        posed: &[[f64; 3]],
+        out: &mut Output,
+    ) -> Result<ExpressionFit, Failure> {
+        let goal = |&point: &EmbeddedPoint| Goal {
+            point,
+            position: point.position(posed),
+            weight: 1.0,
+        };
+        let target = Target {
+            name: name.into(),
+            kind: TargetKind::Expression,
+            landmarks: self.landmarks.0.iter().map(goal).collect(),
+            dense: None,
+            jaw_truth: None,
+        };
+        let mut observer = |i: &FitIteration| {
+            self.progress.set_message(format!(
+                "fitting {name}: step {}, {:.3} mm",
+                i.iteration, i.rms_mm
+            ));
+        };
+        let fit = out.phase(&format!("fit {name}"), || {
+            fit_expression(
+                self.scene,
+                rig,
+                &target,
+                Observed::Landmarks,
+                self.map,
+                self.params,
+                &self.map.rest(),
+                &mut observer,
+            )
+        })?;
+        let parameters = self.map.parameters(&fit.q);
+        out.write_shape(name, self.scene, rig, &parameters, &fit.positions)?;
+        self.progress.inc(1);
+        Ok(fit)
+    }
 }
 
 fn draw(

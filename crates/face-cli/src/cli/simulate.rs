@@ -6,9 +6,9 @@ use super::error::{Failure, Unsolved};
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{named_controls, open, pose};
-use face_rig::rig::{AffineMap, Rig, RigError, RigParams};
+use face_rig::rig::{AffineMap, Parameters, Rig, RigError, RigParams};
 use face_scenes::Scene;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -25,11 +25,6 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
         Ok(solved) => solved.positions(),
         Err(error) => return Err(unsolved(&mut out, scene, &rig, error)),
     };
-    let ratios = rig.assembly().volume_ratios(&positions);
-    let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-    let inverted = ratios.iter().filter(|j| !(**j > 0.0)).count();
-    let work = rig.work();
-
     let bar = spinner("writing shapes and pictures");
     let begin = Instant::now();
     out.write_shape("pose", scene, &rig, &parameters, &positions)?;
@@ -44,55 +39,99 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
 
-    let moved = positions
-        .iter()
-        .zip(scene.mesh.nodes())
-        .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
-    let largest_mm = 1e3 * moved.fold(0.0, f64::max);
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
         "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
-    let controls = named_controls(scene, &parameters);
-    let energy = rig.energy_controls(&parameters);
-    let at = rig
-        .assembly()
-        .configuration(&rig.solved().in_cranium_frame, &energy)
-        .map_err(RigError::from)?;
-    let torques = scene.jaw_torques(rig.solved())?;
-    let torques = torques_by_name(scene, &torques);
-    let results = json!({
-        "controls": controls,
-        "jaw_torques_newton_meters": torques.iter().cloned().collect::<BTreeMap<_, _>>(),
-        "energy_joules": rig.assembly().energy(at),
-        "newton_steps": work.newton_steps, "equilibria": work.equilibria,
-        "factorizations": work.factorizations,
-        "smallest_det_F": smallest, "inverted_tets": inverted, "largest_displacement_mm": largest_mm,
-    });
-    let report = out.report("simulate", settings, results)?;
+    let found = Found::of(scene, &rig, &parameters, &positions)?;
+    let report = out.report(
+        "simulate",
+        settings,
+        found.results(scene, &rig, &parameters),
+    )?;
     if output.json {
-        say(serde_json::to_string_pretty(&report)?)?;
-    } else {
+        return say(serde_json::to_string_pretty(&report)?);
+    }
+    say(found.summary(scene, &rig))?;
+    for (name, torque) in &found.torques {
         say(format!(
-            "{}: moved by up to {largest_mm:.2} mm in {} Newton steps, {:.2} s; smallest det F {smallest:.3}{}",
+            "{name}: {:.1} N mm on the jaw about its hinge ({})",
+            1e3 * torque,
+            if *torque > 0.0 { "opens" } else { "closes" },
+        ))?;
+    }
+    say(format!("results in {}", out.folder().display()))
+}
+
+/// What a pose is like.
+struct Found {
+    /// The largest way of a node from rest, millimeters.
+    largest_mm: f64,
+    /// The smallest det F.
+    smallest: f64,
+    /// Elements turned inside out.
+    inverted: usize,
+    /// Joules.
+    energy: f64,
+    /// On the jaw, newton meters.
+    torques: Vec<(String, f64)>,
+}
+
+impl Found {
+    fn of(
+        scene: &Scene,
+        rig: &Rig,
+        parameters: &Parameters,
+        positions: &[[f64; 3]],
+    ) -> Result<Self, Failure> {
+        let ratios = rig.assembly().volume_ratios(positions);
+        let moved = positions
+            .iter()
+            .zip(scene.mesh.nodes())
+            .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
+        let controls = rig.energy_controls(parameters);
+        let solved = rig.solved();
+        let at = rig
+            .assembly()
+            .configuration(&solved.in_cranium_frame, &controls)
+            .map_err(RigError::from)?;
+        Ok(Self {
+            largest_mm: 1e3 * moved.fold(0.0, f64::max),
+            smallest: ratios.iter().copied().fold(f64::INFINITY, f64::min),
+            inverted: ratios.iter().filter(|j| !(**j > 0.0)).count(),
+            energy: rig.assembly().energy(at),
+            torques: torques_by_name(scene, &scene.jaw_torques(solved)?),
+        })
+    }
+
+    fn results(&self, scene: &Scene, rig: &Rig, parameters: &Parameters) -> Value {
+        let work = rig.work();
+        json!({
+            "controls": named_controls(scene, parameters),
+            "jaw_torques_newton_meters": self.torques.iter().cloned().collect::<BTreeMap<_, _>>(),
+            "energy_joules": self.energy,
+            "newton_steps": work.newton_steps, "equilibria": work.equilibria,
+            "factorizations": work.factorizations,
+            "smallest_det_F": self.smallest, "inverted_tets": self.inverted,
+            "largest_displacement_mm": self.largest_mm,
+        })
+    }
+
+    fn summary(&self, scene: &Scene, rig: &Rig) -> String {
+        let work = rig.work();
+        format!(
+            "{}: moved by up to {:.2} mm in {} Newton steps, {:.2} s; smallest det F {:.3}{}",
             scene.name,
+            self.largest_mm,
             work.newton_steps,
             work.equilibrium_time.as_secs_f64(),
-            match inverted {
+            self.smallest,
+            match self.inverted {
                 0 => String::new(),
                 n => format!(
                     "\nwarning: {n} tets are turned inside out; the pose is beyond what the mesh bears"
                 ),
             },
-        ))?;
-        for (name, torque) in &torques {
-            say(format!(
-                "{name}: {:.1} N mm on the jaw about its hinge ({})",
-                1e3 * torque,
-                if *torque > 0.0 { "opens" } else { "closes" },
-            ))?;
-        }
-        say(format!("results in {}", out.folder().display()))?;
+        )
     }
-    Ok(())
 }
 
 /// The elements that are squashed most, and how many of them are named.

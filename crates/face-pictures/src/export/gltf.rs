@@ -5,7 +5,7 @@
 
 use serde_json::{Value, json};
 
-use super::{ExportError, check, check_finite, point_normals};
+use super::{ExportError, ExportPart, check, check_finite, point_normals};
 
 /// A shape that the surface can be blended towards.
 #[derive(Debug, Clone, Copy)]
@@ -88,27 +88,7 @@ impl Buffer {
 /// [`ExportError`] for indices out of range, coordinates that are not finite in single precision,
 /// a color that is not finite, a target of the wrong length, or more than 4 GiB.
 pub fn glb(mesh: &GlbMesh<'_>) -> Result<Vec<u8>, ExportError> {
-    check(mesh.points, mesh.triangles)?;
-    // JSON has no NaN.
-    if !mesh.base_color.iter().all(|c| c.is_finite()) {
-        let value = mesh.base_color;
-        return Err(ExportError::BadColor { value });
-    }
-    let count = mesh.points.len();
-    for target in mesh.targets {
-        let what = || format!("morph target {:?}", target.name);
-        if target.displacements.len() != count {
-            let found = target.displacements.len();
-            return Err(ExportError::WrongLength {
-                what: what(),
-                found,
-                expected: count,
-            });
-        }
-        check_finite(&what(), target.displacements)?;
-    }
-    let single =
-        |v: &[[f64; 3]]| -> Vec<[f32; 3]> { v.iter().map(|p| p.map(|x| x as f32)).collect() };
+    check_mesh(mesh)?;
     let mut buffer = Buffer::default();
     let positions = buffer.vectors(&single(mesh.points));
     let rest_normals = point_normals(mesh.points, mesh.triangles);
@@ -118,27 +98,21 @@ pub fn glb(mesh: &GlbMesh<'_>) -> Result<Vec<u8>, ExportError> {
         "componentType": UNSIGNED_INT, "type": "SCALAR", "count": indices.len(),
     });
     let indices = buffer.add(indices, u32::to_le_bytes, ELEMENT_ARRAY_BUFFER, accessor);
-    let targets: Vec<Value> = mesh
-        .targets
-        .iter()
-        .map(|target| {
-            let moved: Vec<[f64; 3]> = mesh
-                .points
-                .iter()
-                .zip(target.displacements)
-                .map(|(p, d)| [p[0] + d[0], p[1] + d[1], p[2] + d[2]])
-                .collect();
-            let turned: Vec<[f32; 3]> = point_normals(&moved, mesh.triangles)
-                .iter()
-                .zip(&rest_normals)
-                .map(|(a, b)| [a[0] - b[0], a[1] - b[1], a[2] - b[2]])
-                .collect();
-            json!({
-                "POSITION": buffer.vectors(&single(target.displacements)),
-                "NORMAL": buffer.vectors(&turned),
-            })
+    let mut morph = |target: &MorphTarget| {
+        let moved = mesh.points.iter().zip(target.displacements);
+        let moved: Vec<[f64; 3]> = moved
+            .map(|(p, d)| [p[0] + d[0], p[1] + d[1], p[2] + d[2]])
+            .collect();
+        let normals = point_normals(&moved, mesh.triangles);
+        let turned: Vec<[f32; 3]> = (normals.iter().zip(&rest_normals))
+            .map(|(a, b)| [a[0] - b[0], a[1] - b[1], a[2] - b[2]])
+            .collect();
+        json!({
+            "POSITION": buffer.vectors(&single(target.displacements)),
+            "NORMAL": buffer.vectors(&turned),
         })
-        .collect();
+    };
+    let targets: Vec<Value> = mesh.targets.iter().map(&mut morph).collect();
     let mut primitive = json!({
         "attributes": { "POSITION": positions, "NORMAL": normals },
         "indices": indices, "material": 0, "mode": 4,
@@ -170,6 +144,33 @@ pub fn glb(mesh: &GlbMesh<'_>) -> Result<Vec<u8>, ExportError> {
         "buffers": [{ "byteLength": buffer.bytes.len() }],
     });
     container(document.to_string().into_bytes(), buffer.bytes)
+}
+
+fn single(v: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    v.iter().map(|p| p.map(|x| x as f32)).collect()
+}
+
+fn check_mesh(mesh: &GlbMesh<'_>) -> Result<(), ExportError> {
+    check(mesh.points, mesh.triangles)?;
+    // JSON has no NaN.
+    if !mesh.base_color.iter().all(|c| c.is_finite()) {
+        let value = mesh.base_color;
+        return Err(ExportError::BadColor { value });
+    }
+    let expected = mesh.points.len();
+    for target in mesh.targets {
+        let what = || ExportPart::MorphTarget(target.name.to_owned());
+        let found = target.displacements.len();
+        if found != expected {
+            return Err(ExportError::WrongLength {
+                what: what(),
+                found,
+                expected,
+            });
+        }
+        check_finite(what, target.displacements)?;
+    }
+    Ok(())
 }
 
 /// GLB: a 12-byte header, then the JSON and the binary chunk, each padded to four bytes.

@@ -9,6 +9,18 @@ pub use atomic::{WriteError, write_atomically};
 pub use gltf::{GlbMesh, MorphTarget, glb};
 pub use obj::obj;
 
+/// What an export is made of.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportPart {
+    /// Its points.
+    #[error("the surface")]
+    Surface,
+    /// The displacements of a target of that name.
+    #[error("morph target {0:?}")]
+    MorphTarget(String),
+}
+
 /// What can be wrong with the input of an export.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -27,7 +39,7 @@ pub enum ExportError {
     #[error("point {point} of {what} is not finite: {value:?}")]
     NotFinite {
         /// Which array.
-        what: String,
+        what: ExportPart,
         /// The point.
         point: usize,
         /// Its coordinates.
@@ -37,7 +49,7 @@ pub enum ExportError {
     #[error("{what} has {found} entries, expected {expected}")]
     WrongLength {
         /// Which array.
-        what: String,
+        what: ExportPart,
         /// Length found.
         found: usize,
         /// Length expected.
@@ -64,7 +76,7 @@ fn check(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), ExportError>
     if points.is_empty() || triangles.is_empty() {
         return Err(ExportError::Empty);
     }
-    check_finite("the surface", points)?;
+    check_finite(|| ExportPart::Surface, points)?;
     for (triangle, t) in triangles.iter().enumerate() {
         if let Some(&point) = t.iter().find(|&&p| p as usize >= points.len()) {
             let point = point as usize;
@@ -78,14 +90,14 @@ fn check(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), ExportError>
     Ok(())
 }
 
-fn check_finite(what: &str, values: &[[f64; 3]]) -> Result<(), ExportError> {
+fn check_finite(what: impl Fn() -> ExportPart, values: &[[f64; 3]]) -> Result<(), ExportError> {
     // A glTF file stores single precision, so what overflows there counts as infinite.
     match values
         .iter()
         .position(|v| !v.iter().all(|&x| (x as f32).is_finite()))
     {
         Some(point) => Err(ExportError::NotFinite {
-            what: what.into(),
+            what: what(),
             point,
             value: values[point],
         }),

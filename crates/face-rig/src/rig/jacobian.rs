@@ -7,7 +7,7 @@ use super::parameters::Direction;
 use crate::anatomy::AffineMap;
 use fem_assembly::{Assembly, AssemblyError, Configuration};
 use fem_solvers::CholeskyFactor;
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 /// How a Jacobian is computed: one linear solve for each direction, or one for each observed number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,12 +115,8 @@ impl<'a> Sensitivity<'a> {
             .collect();
         let mut block = vec![0.0; n * solving.len()];
         if n > 0 {
-            block
-                .par_chunks_exact_mut(n)
-                .zip(&solving)
-                .for_each(|(rhs, &k)| {
-                    self.load(&directions[k], rhs);
-                });
+            let tasks = block.chunks_exact_mut(n).zip(&solving);
+            parallel::each(tasks, |(rhs, &k)| self.load(&directions[k], rhs));
             self.factor.solve_many(&mut block, solving.len());
         }
         let mut next = 0;
@@ -211,68 +207,67 @@ impl<'a> Sensitivity<'a> {
             .flat_map(|w| self.assembly.dofs().gather(w))
             .collect();
         self.factor.solve_many(&mut multipliers, seen.len());
-        let forces: Vec<Option<Vec<f64>>> = directions
-            .par_iter()
-            .map(|direction| {
-                self.of_energy(direction)?;
-                let mut force = vec![0.0; n];
-                self.load(direction, &mut force);
-                Some(force)
-            })
-            .collect();
+        let force = |k: usize| {
+            self.of_energy(&directions[k])?;
+            let mut force = vec![0.0; n];
+            self.load(&directions[k], &mut force);
+            Some(force)
+        };
+        let forces: Vec<Option<Vec<f64>>> = parallel::indexed(directions.len(), force);
         let moves = |d: &Direction| match d {
             Direction::Jaw(_) => true,
             Direction::Control(_) => self.of_energy(d).is_none(),
             Direction::Activation(_) | Direction::Cranium(_) => false,
         };
         let moves_bones = directions.iter().any(moves);
-        (0..seen.len())
-            .into_par_iter()
-            .map(|k| {
-                let multiplier = &multipliers[k * n..(k + 1) * n];
-                let reaction = moves_bones.then(|| {
-                    let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
-                    self.assembly.dofs().scatter(multiplier, &mut field);
-                    self.assembly.hessian_vector_everywhere(self.at, &field)
+        parallel::indexed(seen.len(), |k| {
+            let multiplier = &multipliers[k * n..(k + 1) * n];
+            let through_flesh = moves_bones.then(|| {
+                let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
+                self.assembly.dofs().scatter(multiplier, &mut field);
+                self.assembly.hessian_vector_everywhere(self.at, &field)
+            });
+            let pulled = Pulled {
+                seen: &seen[k],
+                in_frame: &in_frame[k],
+                multiplier,
+                through_flesh: through_flesh.as_deref().unwrap_or_default(),
+            };
+            let all = directions.iter().zip(&forces);
+            all.map(|(direction, force)| self.along(direction, force.as_deref(), &pulled))
+                .collect()
+        })
+    }
+
+    /// A covector's product with one column of dx/dθ.
+    fn along(&self, direction: &Direction, force: Option<&[f64]>, pulled: &Pulled) -> f64 {
+        match (direction, force) {
+            (Direction::Cranium(d), _) => {
+                let moved = self.solved.in_cranium_frame.iter().map(|&z| d.apply(z));
+                let all = pulled.seen.iter().zip(moved);
+                all.map(|(w, dx)| dot(*w, dx)).sum()
+            }
+            (Direction::Jaw(d), _) => {
+                let bone = |&node: &u32| {
+                    let node = node as usize;
+                    let moved = d.apply(self.assembly.rest()[node]);
+                    dot(pulled.in_frame[node], moved) - dot(pulled.through_flesh[node], moved)
+                };
+                self.jaw.iter().map(bone).sum()
+            }
+            (Direction::Control(c), None) => {
+                let moved = self.controls.motion(*c).iter();
+                let felt = moved.map(|&(node, axis, meters)| {
+                    let (own, back) = (pulled.in_frame[node], pulled.through_flesh[node]);
+                    (own[axis] - back[axis]) * meters
                 });
-                directions
-                    .iter()
-                    .zip(&forces)
-                    .map(|(direction, force)| match (direction, force) {
-                        (Direction::Cranium(d), _) => {
-                            let moved = in_cranium_frame.iter().map(|&z| d.apply(z));
-                            seen[k].iter().zip(moved).map(|(w, dx)| dot(*w, dx)).sum()
-                        }
-                        (Direction::Jaw(d), _) => {
-                            let through_flesh = reaction.as_deref().unwrap_or_default();
-                            let bone = |&node: &u32| {
-                                let node = node as usize;
-                                let moved = d.apply(self.assembly.rest()[node]);
-                                dot(in_frame[k][node], moved) - dot(through_flesh[node], moved)
-                            };
-                            self.jaw.iter().map(bone).sum()
-                        }
-                        (Direction::Control(c), None) => {
-                            let through_flesh = reaction.as_deref().unwrap_or_default();
-                            let moved = self.controls.motion(*c).iter();
-                            let felt = moved.map(|&(node, axis, meters)| {
-                                let (own, back) = (in_frame[k][node], through_flesh[node]);
-                                (own[axis] - back[axis]) * meters
-                            });
-                            felt.sum()
-                        }
-                        (Direction::Activation(_) | Direction::Control(_), force) => {
-                            let force = force.as_deref().unwrap_or_default();
-                            -multiplier
-                                .iter()
-                                .zip(force)
-                                .map(|(m, f)| m * f)
-                                .sum::<f64>()
-                        }
-                    })
-                    .collect()
-            })
-            .collect()
+                felt.sum()
+            }
+            (Direction::Activation(_) | Direction::Control(_), force) => {
+                let all = pulled.multiplier.iter().zip(force.unwrap_or_default());
+                -all.map(|(m, f)| m * f).sum::<f64>()
+            }
+        }
     }
 
     /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
@@ -319,6 +314,17 @@ impl<'a> Sensitivity<'a> {
         self.add_motion(direction, 1.0, &mut dz);
         dz
     }
+}
+
+/// A covector over the nodes, and what it becomes at an equilibrium.
+struct Pulled<'a> {
+    seen: &'a [[f64; 3]],
+    /// In the frame of the cranium.
+    in_frame: &'a [[f64; 3]],
+    /// K⁻¹ times it, over the unknowns.
+    multiplier: &'a [f64],
+    /// What the flesh passes on to the bones; empty where none moves.
+    through_flesh: &'a [[f64; 3]],
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

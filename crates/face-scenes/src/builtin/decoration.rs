@@ -2,6 +2,7 @@
 
 use super::features::{EYEBALL, EYEBALL_RADIUS};
 use face_rig::anatomy::Bone;
+use std::f64::consts::{PI, TAU};
 
 /// What a decoration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,42 +106,8 @@ fn sheet(
 /// The surfaces that make pictures of the face complete.
 pub(super) fn decorations() -> Vec<Decoration> {
     let mut all = Vec::new();
-    let direction = |s: f64, t: f64| {
-        // Poles up and down; the front of the ball is in the middle of the columns.
-        let latitude = (s - 0.5) * std::f64::consts::PI;
-        let longitude = (t - 0.5) * std::f64::consts::TAU;
-        [
-            latitude.cos() * longitude.sin(),
-            latitude.sin(),
-            latitude.cos() * longitude.cos(),
-        ]
-    };
     for side in [1.0, -1.0] {
-        all.push(sheet(
-            Ornament::EyeSocket,
-            Bone::Cranium,
-            [12, 24],
-            |s, t| {
-                let d = direction(s, t);
-                let center = [side * 29.0, EYEBALL[1], 63.0];
-                (
-                    [0, 1, 2].map(|k| center[k] + [17.0, 13.0, 15.0][k] * d[k]),
-                    [0.0; 3],
-                )
-            },
-        ));
-        all.push(sheet(Ornament::Eyeball, Bone::Cranium, [24, 48], |s, t| {
-            let d = direction(s, t);
-            let r = EYEBALL_RADIUS - 0.1;
-            (
-                [
-                    side * EYEBALL[0] + r * d[0],
-                    EYEBALL[1] + r * d[1],
-                    EYEBALL[2] + r * d[2],
-                ],
-                if d[2] > 0.0 { d } else { [1.0, 0.0, 0.0] },
-            )
-        }));
+        all.extend(eye(side));
     }
     let arch = |x: f64| 81.5 - 0.034 * x * x;
     for (bone, edge, up, back) in [
@@ -160,15 +127,7 @@ pub(super) fn decorations() -> Vec<Decoration> {
         Bone::Cranium,
         [16, 32],
         |s, t| {
-            let (latitude, longitude) = (
-                (s - 0.5) * std::f64::consts::PI,
-                (t - 0.5) * std::f64::consts::PI,
-            );
-            let d = [
-                latitude.cos() * longitude.sin(),
-                latitude.sin(),
-                latitude.cos() * longitude.cos(),
-            ];
+            let d = direction(s, (t - 0.5) * PI);
             // A bowl behind the teeth, seen from inside.
             (
                 [-30.0 * d[0], -42.0 + 34.0 * d[1], 58.0 - 34.0 * d[2]],
@@ -177,4 +136,39 @@ pub(super) fn decorations() -> Vec<Decoration> {
         },
     ));
     all
+}
+
+/// On the unit ball, with poles up and down and the front in the middle of the columns.
+fn direction(s: f64, longitude: f64) -> [f64; 3] {
+    let latitude = (s - 0.5) * PI;
+    [
+        latitude.cos() * longitude.sin(),
+        latitude.sin(),
+        latitude.cos() * longitude.cos(),
+    ]
+}
+
+/// The socket and the ball of the eye on one side.
+fn eye(side: f64) -> [Decoration; 2] {
+    let socket = sheet(Ornament::EyeSocket, Bone::Cranium, [12, 24], |s, t| {
+        let d = direction(s, (t - 0.5) * TAU);
+        let center = [side * 29.0, EYEBALL[1], 63.0];
+        (
+            [0, 1, 2].map(|k| center[k] + [17.0, 13.0, 15.0][k] * d[k]),
+            [0.0; 3],
+        )
+    });
+    let ball = sheet(Ornament::Eyeball, Bone::Cranium, [24, 48], |s, t| {
+        let d = direction(s, (t - 0.5) * TAU);
+        let r = EYEBALL_RADIUS - 0.1;
+        (
+            [
+                side * EYEBALL[0] + r * d[0],
+                EYEBALL[1] + r * d[1],
+                EYEBALL[2] + r * d[2],
+            ],
+            if d[2] > 0.0 { d } else { [1.0, 0.0, 0.0] },
+        )
+    });
+    [socket, ball]
 }

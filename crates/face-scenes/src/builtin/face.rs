@@ -1,6 +1,6 @@
 //! The built-in face as arrays.
 
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 use super::bones::{Inner, inner};
 use super::decoration::{Decoration, decorations};
@@ -105,10 +105,10 @@ impl BuiltinFace {
         let form = Form::new();
         let grid = Grid::with_tets(target, &form);
         let with_sides = grid.material();
-        let nodes: Vec<[f64; 3]> = with_sides
-            .par_iter()
-            .map(|&([a, b, w], side)| form.position(a, b, w, side).map(|x| 1e-3 * x))
-            .collect();
+        let nodes: Vec<[f64; 3]> = parallel::indexed(with_sides.len(), |k| {
+            let ([a, b, w], side) = with_sides[k];
+            form.position(a, b, w, side).map(|x| 1e-3 * x)
+        });
         let tets = grid.tets();
         let bone = attachments(&grid);
         let material: Vec<[f64; 3]> = with_sides.iter().map(|m| m.0).collect();

@@ -195,78 +195,43 @@ impl Features {
             0.0
         };
 
-        // Lips.
-        let v = y - MOUTH;
-        let mouth_width = (1.0 - (x / 33.0).powi(2)).max(0.0).powf(0.75);
-        let scale = Features::lip_scale(x, side);
         let lips = if !lower_face || b < -70.0 {
             0.0
         } else {
-            let curve = match side {
-                Side::Upper => self.upper_lip.at((v.max(0.0) / scale).min(26.0)),
-                Side::Lower => self.lower_lip.at((-v.min(0.0) / scale).min(34.0)),
-            };
-            curve * mouth_width * (0.45 + 0.55 * scale.min(1.0))
+            self.lips(x, y, side)
         };
         let philtrum = if side == Side::Upper && lower_face {
-            (0.7 * bell(x - 4.6, 1.8) - 1.1 * bell(x, 2.4))
-                * step(v, 3.0, 8.0)
-                * step(-y, 13.0, 19.0)
+            philtrum(x, y)
         } else {
             0.0
         };
-        let corner = -1.8 * bell(x - 28.5, 4.0) * bell(v + 1.0, 6.0);
-        // The fold from the wing of the nose past the corner of the mouth.
-        let fold_x = 17.5 + 0.50 * (-4.0 - y) - 0.0035 * (-4.0 - y).powi(2);
-        let fold_mask = step(-y, -2.0, 12.0) * step(y, -52.0, -34.0);
-        let fold = fold_mask * (-1.5 * bell(x - fold_x, 2.6) + 1.2 * bell(x - fold_x - 8.0, 6.0));
-
-        // Brow, socket, lids.
-        let brow_line = 53.0 + 3.0 * bell(x - 38.0, 14.0) - 3.0 * step(x, 44.0, 60.0);
-        let brow =
-            3.6 * bell(y - brow_line, 6.0) * step(x, -6.0, 12.0) * (1.0 - step(x, 46.0, 62.0));
         let glabella =
             1.0 * bell(x, 10.0) * bell(y - 52.0, 8.0) - 1.6 * bell(x, 9.0) * bell(y - 38.0, 6.0);
         let socket = -7.5 * bell(x - 29.0, 13.5) * bell(y - 36.0, 9.0)
             - 3.0 * bell(x - 17.0, 5.0) * bell(y - 33.0, 8.0);
         let upper_face = b > 0.0 && normal[2] > 0.0;
-        let (dx, dy) = (x - EYEBALL[0], y - EYEBALL[1]);
-        let ball = |radius: f64| {
-            let q = (dx * dx + dy * dy) / (radius * radius);
-            EYEBALL[2] + radius * (1.0 - 0.5 * q - 0.125 * q * q - 0.08 * q * q * q) - z
-        };
-        let crease_y = 42.6 - 0.017 * (x - 30.0).powi(2);
-        let crease = -1.5 * bell(y - crease_y, 1.5) * bell(x - 31.0, 10.5);
-        let bag = 0.7 * bell(y - (24.5 + 0.012 * (x - 31.0).powi(2)), 2.5) * bell(x - 31.0, 11.0)
-            - 0.9 * bell(y - (20.5 + 0.012 * (x - 31.0).powi(2)), 2.5) * bell(x - 29.0, 11.0);
-
-        let surface = nose + lips + philtrum + corner + fold + glabella;
-        let mut skin = surface + if upper_face { socket + bag } else { 0.0 };
+        let corner = -1.8 * bell(x - 28.5, 4.0) * bell(y - MOUTH + 1.0, 6.0);
+        let surface = nose + lips + philtrum + corner + fold(x, y) + glabella;
+        let mut skin = surface + if upper_face { socket + bag(x, y) } else { 0.0 };
         let nasal_bone = 0.55 * nose * step(y, -4.0, 26.0) + 0.30 * nose;
-        let chin =
-            4.2 * bell(x, 14.0) * bell(y + 68.0, 9.0) - 0.5 * bell(x, 3.0) * bell(y + 69.0, 6.0);
         let mut bone =
             nasal_bone + 0.45 * lips + glabella + if upper_face { 0.9 * socket } else { 0.0 };
         // Along the normal, around the side.
         let cheek = 5.2 * bell(x - 45.0, 14.0) * bell(y - 12.0, 12.0);
         let hollow = -2.6 * bell(x - 53.0, 11.0) * bell(y + 24.0, 15.0);
         let temple = -3.0 * bell(x - 68.0, 9.0) * bell(y - 52.0, 17.0);
-        let out = brow + cheek + hollow + temple;
+        let out = brow(x, y) + cheek + hollow + temple;
         let mut skin_out = out;
         let mut bone_out = -thickness + 0.8 * out;
         if b < -40.0 {
+            let chin = 4.2 * bell(x, 14.0) * bell(y + 68.0, 9.0)
+                - 0.5 * bell(x, 3.0) * bell(y + 69.0, 6.0);
             skin_out += chin;
             bone_out += 0.8 * chin;
         }
         if upper_face {
-            // Lids lie on the eyeball: take whichever is farther out, in the direction of z.
-            let blend = bell(dx, 17.0) * bell(dy, 15.0);
             let lift = normal[2].max(0.3);
-            let over = smooth_max(skin + skin_out * lift, ball(LID_RADIUS), 1.4) - skin_out * lift;
-            let under = smooth_max(bone + bone_out * lift, ball(EYEBALL_RADIUS + 0.15), 1.4)
-                - bone_out * lift;
-            skin += (over - skin) * step(blend, 0.05, 0.5) + crease;
-            bone += (under - bone) * step(blend, 0.05, 0.5);
+            [skin, bone] = lids([x, y, z], [skin, bone], [skin_out, bone_out], lift);
         }
         // Nostrils, and the tip that hangs over them.
         let nostril = bell(x - 6.2, 2.6) * bell(y + 10.2, 1.8);
@@ -280,4 +245,65 @@ impl Features {
             drop,
         }
     }
+
+    fn lips(&self, x: f64, y: f64, side: Side) -> f64 {
+        let v = y - MOUTH;
+        let mouth_width = (1.0 - (x / 33.0).powi(2)).max(0.0).powf(0.75);
+        let scale = Features::lip_scale(x, side);
+        let curve = match side {
+            Side::Upper => self.upper_lip.at((v.max(0.0) / scale).min(26.0)),
+            Side::Lower => self.lower_lip.at((-v.min(0.0) / scale).min(34.0)),
+        };
+        curve * mouth_width * (0.45 + 0.55 * scale.min(1.0))
+    }
+}
+
+fn philtrum(x: f64, y: f64) -> f64 {
+    (0.7 * bell(x - 4.6, 1.8) - 1.1 * bell(x, 2.4))
+        * step(y - MOUTH, 3.0, 8.0)
+        * step(-y, 13.0, 19.0)
+}
+
+/// The fold from the wing of the nose past the corner of the mouth.
+fn fold(x: f64, y: f64) -> f64 {
+    let fold_x = 17.5 + 0.50 * (-4.0 - y) - 0.0035 * (-4.0 - y).powi(2);
+    let mask = step(-y, -2.0, 12.0) * step(y, -52.0, -34.0);
+    mask * (-1.5 * bell(x - fold_x, 2.6) + 1.2 * bell(x - fold_x - 8.0, 6.0))
+}
+
+fn brow(x: f64, y: f64) -> f64 {
+    let line = 53.0 + 3.0 * bell(x - 38.0, 14.0) - 3.0 * step(x, 44.0, 60.0);
+    3.6 * bell(y - line, 6.0) * step(x, -6.0, 12.0) * (1.0 - step(x, 46.0, 62.0))
+}
+
+/// Under the eye.
+fn bag(x: f64, y: f64) -> f64 {
+    0.7 * bell(y - (24.5 + 0.012 * (x - 31.0).powi(2)), 2.5) * bell(x - 31.0, 11.0)
+        - 0.9 * bell(y - (20.5 + 0.012 * (x - 31.0).powi(2)), 2.5) * bell(x - 29.0, 11.0)
+}
+
+/// Skin and bone over the eyeball: the lids lie on it, so take whichever is farther out, in the direction
+/// of z.
+fn lids(
+    [x, y, z]: [f64; 3],
+    [skin, bone]: [f64; 2],
+    [skin_out, bone_out]: [f64; 2],
+    lift: f64,
+) -> [f64; 2] {
+    let (dx, dy) = (x - EYEBALL[0], y - EYEBALL[1]);
+    let ball = |radius: f64| {
+        let q = (dx * dx + dy * dy) / (radius * radius);
+        EYEBALL[2] + radius * (1.0 - 0.5 * q - 0.125 * q * q - 0.08 * q * q * q) - z
+    };
+    let crease_y = 42.6 - 0.017 * (x - 30.0).powi(2);
+    let crease = -1.5 * bell(y - crease_y, 1.5) * bell(x - 31.0, 10.5);
+    let blend = bell(dx, 17.0) * bell(dy, 15.0);
+    let over = smooth_max(skin + skin_out * lift, ball(LID_RADIUS), 1.4) - skin_out * lift;
+    let under =
+        smooth_max(bone + bone_out * lift, ball(EYEBALL_RADIUS + 0.15), 1.4) - bone_out * lift;
+    let share = step(blend, 0.05, 0.5);
+    [
+        skin + ((over - skin) * share + crease),
+        bone + (under - bone) * share,
+    ]
 }

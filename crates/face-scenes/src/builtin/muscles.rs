@@ -1,6 +1,6 @@
 //! From drawn strips of fibers to weights and directions per tet.
 
-use rayon::prelude::*;
+use fem_solvers::parallel;
 
 use super::anatomy::{Extent, MUSCLES, Strips};
 use super::form::{EYES, MOUTH};
@@ -31,46 +31,42 @@ pub(super) fn entries(
 ) -> Vec<FiberEntry> {
     let lattice = lattice();
     let boxes: Vec<[[f64; 2]; 2]> = MUSCLES.iter().map(bounds).collect();
-    let left: Vec<Vec<FiberEntry>> = tets
-        .par_iter()
-        .enumerate()
-        .map(|(t, tet)| {
-            let m = tet.map(|n| material[n as usize]);
-            if !m.iter().any(|p| p[0] > 0.0) {
-                return Vec::new();
-            }
-            let to_space = Map::new(m, tet.map(|n| nodes[n as usize]));
-            let mut found: Vec<FiberEntry> = Vec::new();
-            for (i, muscle) in MUSCLES.iter().enumerate() {
-                let apart = (0..2).any(|k| {
-                    m.iter().all(|p| p[k] < boxes[i][0][k])
-                        || m.iter().all(|p| p[k] > boxes[i][1][k])
+    let left: Vec<Vec<FiberEntry>> = parallel::indexed(tets.len(), |t| {
+        let tet = &tets[t];
+        let m = tet.map(|n| material[n as usize]);
+        if !m.iter().any(|p| p[0] > 0.0) {
+            return Vec::new();
+        }
+        let to_space = Map::new(m, tet.map(|n| nodes[n as usize]));
+        let mut found: Vec<FiberEntry> = Vec::new();
+        for (i, muscle) in MUSCLES.iter().enumerate() {
+            let apart = (0..2).any(|k| {
+                m.iter().all(|p| p[k] < boxes[i][0][k]) || m.iter().all(|p| p[k] > boxes[i][1][k])
+            });
+            let (share, along) = if apart {
+                (0.0, [0.0; 3])
+            } else {
+                muscle_share(muscle, &m, &lattice)
+            };
+            if share >= SMALLEST_SHARE
+                && let Some(direction) = to_space.direction(along)
+            {
+                found.push(FiberEntry {
+                    tet: t as u32,
+                    muscle: i as u32,
+                    weight: share,
+                    direction,
                 });
-                let (share, along) = if apart {
-                    (0.0, [0.0; 3])
-                } else {
-                    muscle_share(muscle, &m, &lattice)
-                };
-                if share >= SMALLEST_SHARE
-                    && let Some(direction) = to_space.direction(along)
-                {
-                    found.push(FiberEntry {
-                        tet: t as u32,
-                        muscle: i as u32,
-                        weight: share,
-                        direction,
-                    });
-                }
             }
-            let sum: f64 = found.iter().map(|e| e.weight).sum();
-            if sum > 1.0 {
-                for entry in &mut found {
-                    entry.weight /= sum * (1.0 + 1e-12);
-                }
+        }
+        let sum: f64 = found.iter().map(|e| e.weight).sum();
+        if sum > 1.0 {
+            for entry in &mut found {
+                entry.weight /= sum * (1.0 + 1e-12);
             }
-            found
-        })
-        .collect();
+        }
+        found
+    });
     let mut all: Vec<FiberEntry> = left.iter().flatten().copied().collect();
     all.extend(left.iter().flatten().map(|e| FiberEntry {
         tet: grid.mirror_tet(e.tet as usize) as u32,

@@ -56,40 +56,8 @@ impl<const D: usize> SimplexMesh<D> {
         orphans: Orphans,
     ) -> Result<(Self, Repairs), MeshError> {
         const { assert!(D == 2 || D == 3, "triangles and tetrahedra only") };
-        let refuse = |ids: Option<Ids>, error: fn(Ids) -> MeshError| match ids {
-            Some(ids) => Err(error(ids)),
-            None => Ok(()),
-        };
-        if connectivity.is_empty() {
-            return Err(MeshError::Empty);
-        }
-        if !connectivity.len().is_multiple_of(D + 1) {
-            return Err(MeshError::RaggedConnectivity {
-                length: connectivity.len(),
-                nodes_per_element: D + 1,
-            });
-        }
-        if nodes.len() > u32::MAX as usize {
-            return Err(MeshError::TooManyNodes(nodes.len()));
-        }
-        let not_finite = |x: &[f64; D]| !x.iter().all(|v| v.is_finite());
-        refuse(Ids::of(positions(&nodes, not_finite)), MeshError::NotFinite)?;
-
+        check(&nodes, &connectivity)?;
         let each: Vec<&[u32]> = connectivity.chunks_exact(D + 1).collect();
-        let beyond = |t: &&[u32]| t.iter().any(|&n| n as usize >= nodes.len());
-        if let Some(ids) = Ids::of(positions(&each, beyond)) {
-            return Err(MeshError::IndexOutOfRange {
-                ids,
-                nodes: nodes.len(),
-            });
-        }
-        let repeated = |t: &&[u32]| (1..=D).any(|k| t[..k].contains(&t[k]));
-        refuse(Ids::of(positions(&each, repeated)), MeshError::RepeatedNode)?;
-        refuse(Ids::of(duplicates(&each)), MeshError::Duplicate)?;
-        refuse(
-            Ids::of(positions(&each, |t| is_flat(&nodes, t))),
-            MeshError::ZeroVolume,
-        )?;
         let negative = positions(&each, |t| edges(&nodes, t).determinant() < 0.0);
         let inverted: Vec<u32> = negative.map(|e| e as u32).collect();
         if orientation == Orientation::Refuse {
@@ -120,6 +88,48 @@ impl<const D: usize> SimplexMesh<D> {
         };
         Ok((mesh, repairs))
     }
+}
+
+fn refuse(ids: Option<Ids>, error: fn(Ids) -> MeshError) -> Result<(), MeshError> {
+    match ids {
+        Some(ids) => Err(error(ids)),
+        None => Ok(()),
+    }
+}
+
+/// What can be wrong with nodes and elements whatever is asked to be repaired.
+fn check<const D: usize>(nodes: &[[f64; D]], connectivity: &[u32]) -> Result<(), MeshError> {
+    if connectivity.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    if !connectivity.len().is_multiple_of(D + 1) {
+        return Err(MeshError::RaggedConnectivity {
+            length: connectivity.len(),
+            nodes_per_element: D + 1,
+        });
+    }
+    if nodes.len() > u32::MAX as usize {
+        return Err(MeshError::TooManyNodes(nodes.len()));
+    }
+    let not_finite = |x: &[f64; D]| !x.iter().all(|v| v.is_finite());
+    refuse(Ids::of(positions(nodes, not_finite)), MeshError::NotFinite)?;
+
+    let each: Vec<&[u32]> = connectivity.chunks_exact(D + 1).collect();
+    let beyond = |t: &&[u32]| t.iter().any(|&n| n as usize >= nodes.len());
+    if let Some(ids) = Ids::of(positions(&each, beyond)) {
+        return Err(MeshError::IndexOutOfRange {
+            ids,
+            nodes: nodes.len(),
+        });
+    }
+    let repeated = |t: &&[u32]| (1..=D).any(|k| t[..k].contains(&t[k]));
+    refuse(Ids::of(positions(&each, repeated)), MeshError::RepeatedNode)?;
+    refuse(Ids::of(duplicates(&each)), MeshError::Duplicate)?;
+    refuse(
+        Ids::of(positions(&each, |t| is_flat(nodes, t))),
+        MeshError::ZeroVolume,
+    )?;
+    Ok(())
 }
 
 fn positions<'a, T>(

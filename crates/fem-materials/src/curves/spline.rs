@@ -114,74 +114,8 @@ impl Spline {
     /// If the table has fewer than two rows, columns of different length, a number that is not
     /// finite, stretches that don't increase, or does not include stretch 1.
     pub fn new(stretches: &[f64], values: &[f64], ends: Ends) -> Result<Self, CurveError> {
-        let n = stretches.len();
-        if n != values.len() {
-            return Err(CurveError::Lengths {
-                stretches: n,
-                values: values.len(),
-            });
-        }
-        if n < 2 {
-            return Err(CurveError::TooShort { rows: n });
-        }
-        for row in 0..n {
-            let (stretch, value) = (stretches[row], values[row]);
-            if !(stretch.is_finite() && value.is_finite()) {
-                return Err(CurveError::NotFinite {
-                    row,
-                    stretch,
-                    value,
-                });
-            }
-            if row > 0 && stretch <= stretches[row - 1] {
-                let previous = stretches[row - 1];
-                return Err(CurveError::NotIncreasing {
-                    row,
-                    stretch,
-                    previous,
-                });
-            }
-        }
-        let (first, last) = (stretches[0], stretches[n - 1]);
-        if !(first <= 1.0 && 1.0 <= last) {
-            return Err(CurveError::RestNotCovered { first, last });
-        }
-        let slopes = monotone_slopes(stretches, values, ends);
-        let line = |start: f64, i: usize| Piece {
-            start,
-            anchor: stretches[i],
-            c: [values[i], slopes[i], 0.0, 0.0],
-            integral: 0.0,
-        };
-        let mut pieces = vec![line(f64::NEG_INFINITY, 0)];
-        for i in 0..n - 1 {
-            let h = stretches[i + 1] - stretches[i];
-            let secant = (values[i + 1] - values[i]) / h;
-            let piece = Piece {
-                start: stretches[i],
-                anchor: stretches[i],
-                c: [
-                    values[i],
-                    slopes[i],
-                    (3.0 * secant - 2.0 * slopes[i] - slopes[i + 1]) / h,
-                    (slopes[i] + slopes[i + 1] - 2.0 * secant) / (h * h),
-                ],
-                integral: 0.0,
-            };
-            let end = stretches[i + 1];
-            if end <= 1.0 {
-                pieces.push(piece.about(end));
-            } else if stretches[i] < 1.0 {
-                pieces.push(piece.about(1.0));
-                pieces.push(Piece {
-                    start: 1.0,
-                    ..piece.about(1.0)
-                });
-            } else {
-                pieces.push(piece);
-            }
-        }
-        pieces.push(line(last, n - 1));
+        check(stretches, values)?;
+        let mut pieces = pieces(stretches, values, ends);
         // Outward from 1 in both directions.
         for i in 1..pieces.len() {
             if pieces[i].anchor > 1.0 {
@@ -222,6 +156,85 @@ impl Spline {
             slope: c[1] + t * (two * c[2] + f(3.0) * t * c[3]),
         }
     }
+}
+
+/// A table that a curve can run through.
+fn check(stretches: &[f64], values: &[f64]) -> Result<(), CurveError> {
+    let n = stretches.len();
+    if n != values.len() {
+        return Err(CurveError::Lengths {
+            stretches: n,
+            values: values.len(),
+        });
+    }
+    if n < 2 {
+        return Err(CurveError::TooShort { rows: n });
+    }
+    for row in 0..n {
+        let (stretch, value) = (stretches[row], values[row]);
+        if !(stretch.is_finite() && value.is_finite()) {
+            return Err(CurveError::NotFinite {
+                row,
+                stretch,
+                value,
+            });
+        }
+        if row > 0 && stretch <= stretches[row - 1] {
+            let previous = stretches[row - 1];
+            return Err(CurveError::NotIncreasing {
+                row,
+                stretch,
+                previous,
+            });
+        }
+    }
+    let (first, last) = (stretches[0], stretches[n - 1]);
+    if !(first <= 1.0 && 1.0 <= last) {
+        return Err(CurveError::RestNotCovered { first, last });
+    }
+    Ok(())
+}
+
+/// The cubics between the rows, cut at stretch 1, and the lines beyond them; not yet integrated.
+fn pieces(stretches: &[f64], values: &[f64], ends: Ends) -> Vec<Piece> {
+    let n = stretches.len();
+    let slopes = monotone_slopes(stretches, values, ends);
+    let line = |start: f64, i: usize| Piece {
+        start,
+        anchor: stretches[i],
+        c: [values[i], slopes[i], 0.0, 0.0],
+        integral: 0.0,
+    };
+    let mut pieces = vec![line(f64::NEG_INFINITY, 0)];
+    for i in 0..n - 1 {
+        let h = stretches[i + 1] - stretches[i];
+        let secant = (values[i + 1] - values[i]) / h;
+        let piece = Piece {
+            start: stretches[i],
+            anchor: stretches[i],
+            c: [
+                values[i],
+                slopes[i],
+                (3.0 * secant - 2.0 * slopes[i] - slopes[i + 1]) / h,
+                (slopes[i] + slopes[i + 1] - 2.0 * secant) / (h * h),
+            ],
+            integral: 0.0,
+        };
+        let end = stretches[i + 1];
+        if end <= 1.0 {
+            pieces.push(piece.about(end));
+        } else if stretches[i] < 1.0 {
+            pieces.push(piece.about(1.0));
+            pieces.push(Piece {
+                start: 1.0,
+                ..piece.about(1.0)
+            });
+        } else {
+            pieces.push(piece);
+        }
+    }
+    pieces.push(line(stretches[n - 1], n - 1));
+    pieces
 }
 
 /// Slopes at the knots: the weighted harmonic mean of the neighboring secants, 0 at extrema.

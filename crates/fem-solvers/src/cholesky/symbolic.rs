@@ -203,6 +203,20 @@ fn layout(
             supernodes[p].subtree = supernodes[p].subtree.min(first);
         }
     }
+    find_rows(graph, permutation, &mut supernodes);
+    for s in 0..supernodes.len() {
+        if supernodes[s].parent != NO_PARENT {
+            supernodes[s].runs = runs(
+                &supernodes[s].rows,
+                &supernodes[supernodes[s].parent as usize],
+            );
+        }
+    }
+    supernodes
+}
+
+/// The rows of every supernode: those of its own columns and of its children, below it.
+fn find_rows(graph: &Graph, permutation: &Permutation, supernodes: &mut [Supernode]) {
     let mut seen = vec![NO_PARENT; graph.len()];
     for s in 0..supernodes.len() {
         let end = supernodes[s].columns.end;
@@ -227,15 +241,6 @@ fn layout(
         rows.sort_unstable();
         supernodes[s].rows = rows;
     }
-    for s in 0..supernodes.len() {
-        if supernodes[s].parent != NO_PARENT {
-            supernodes[s].runs = runs(
-                &supernodes[s].rows,
-                &supernodes[supernodes[s].parent as usize],
-            );
-        }
-    }
-    supernodes
 }
 
 fn runs(rows: &[u32], parent: &Supernode) -> Vec<Run> {

@@ -268,17 +268,18 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
             let step = norm_inf(&d);
             let trial = self.moved(&d);
             let outcome = evaluate(self.problem, &trial, &mut self.trial_r, self.info);
+            let predicted = model.decrease(&d);
+            let mut taken = Taken {
+                length: step,
+                lambda: 0.0,
+                predicted,
+                cut_short: false,
+            };
             if damping.is_none() {
                 outcome?;
                 self.accept(&trial);
-                return Ok(Some(Taken {
-                    length: step,
-                    lambda: 0.0,
-                    predicted: model.decrease(&d),
-                    cut_short: false,
-                }));
+                return Ok(Some(taken));
             }
-            let predicted = model.decrease(&d);
             let gained = before - self.trial_cost(&trial, outcome.is_ok());
             // A step this small can gain nothing that rounding would show.
             let small =
@@ -287,16 +288,11 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
                 return Err(failure);
             }
             if gained > 0.0 || (gained == 0.0 && step <= params.step_tolerance) {
-                let lambda = damper.lambda;
-                let cut_short = damper.cuts_short(lambda);
+                taken.lambda = damper.lambda;
+                taken.cut_short = damper.cuts_short(damper.lambda);
                 damper.accept(gained / predicted);
                 self.accept(&trial);
-                return Ok(Some(Taken {
-                    length: step,
-                    lambda,
-                    predicted,
-                    cut_short,
-                }));
+                return Ok(Some(taken));
             }
             if outcome.is_ok() && small {
                 if damper.cuts_short(damper.lambda) {

@@ -15,7 +15,6 @@ pub(super) enum Part {
 ///
 /// On entry `part` holds only `Left` and `Right`; on return the cover is `Separator`. Returns its size.
 pub(super) fn cover_cut(graph: &Graph, part: &mut [Part]) -> usize {
-    const NONE: u32 = u32::MAX;
     let n = graph.len();
     let cut = |v: usize, part: &[Part]| {
         let own = part[v];
@@ -32,83 +31,9 @@ pub(super) fn cover_cut(graph: &Graph, part: &mut [Part]) -> usize {
         })
         .collect();
     let edges: Vec<Vec<u32>> = left.iter().map(|&v| cut(v, part)).collect();
-    let mut mate_left = vec![NONE; left.len()];
-    let mut mate_right = vec![NONE; n];
-    for (l, adjacent) in edges.iter().enumerate() {
-        if let Some(&w) = adjacent.iter().find(|&&w| mate_right[w as usize] == NONE) {
-            mate_left[l] = w;
-            mate_right[w as usize] = l as u32;
-        }
-    }
-    // Augmenting paths, breadth first from each free left vertex; `came_from[w]` is the left vertex
-    // that discovered right vertex w.
-    let mut came_from = vec![NONE; n];
-    let mut touched: Vec<u32> = Vec::new();
-    let mut queue: Vec<u32> = Vec::new();
-    for root in 0..left.len() {
-        if mate_left[root] != NONE {
-            continue;
-        }
-        queue.clear();
-        queue.push(root as u32);
-        let mut head = 0;
-        let mut end = NONE;
-        'search: while head < queue.len() {
-            let l = queue[head];
-            head += 1;
-            for &w in &edges[l as usize] {
-                if came_from[w as usize] != NONE {
-                    continue;
-                }
-                came_from[w as usize] = l;
-                touched.push(w);
-                if mate_right[w as usize] == NONE {
-                    end = w;
-                    break 'search;
-                }
-                queue.push(mate_right[w as usize]);
-            }
-        }
-        if end == NONE {
-            // Nothing reachable from here is free; what was visited can never be useful again.
-            touched.clear();
-            continue;
-        }
-        let mut w = end;
-        loop {
-            let l = came_from[w as usize];
-            let next = mate_left[l as usize];
-            mate_left[l as usize] = w;
-            mate_right[w as usize] = l;
-            if next == NONE {
-                break;
-            }
-            w = next;
-        }
-        for w in touched.drain(..) {
-            came_from[w as usize] = NONE;
-        }
-    }
-    // König: reached by alternating paths from free left vertices; cover = unreached left + reached right.
-    let mut reached_left = vec![false; left.len()];
-    let mut reached_right = vec![false; n];
-    let mut stack: Vec<usize> = (0..left.len()).filter(|&l| mate_left[l] == NONE).collect();
-    for &l in &stack {
-        reached_left[l] = true;
-    }
-    while let Some(l) = stack.pop() {
-        for &w in &edges[l] {
-            let w = w as usize;
-            if !reached_right[w] {
-                reached_right[w] = true;
-                let l = mate_right[w] as usize;
-                if mate_right[w] != NONE && !reached_left[l] {
-                    reached_left[l] = true;
-                    stack.push(l);
-                }
-            }
-        }
-    }
+    let mut matching = Matching::greedy(&edges, n);
+    matching.augment(&edges);
+    let (reached_left, reached_right) = matching.reached(&edges);
     let mut size = 0;
     for (l, &v) in left.iter().enumerate() {
         if !reached_left[l] {
@@ -123,4 +48,112 @@ pub(super) fn cover_cut(graph: &Graph, part: &mut [Part]) -> usize {
         }
     }
     size
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Who is matched with whom across a cut.
+struct Matching {
+    /// The right vertex of each left one, numbered along the cut.
+    left: Vec<u32>,
+    /// The left vertex of each vertex of the graph.
+    right: Vec<u32>,
+}
+
+impl Matching {
+    /// Everyone takes the first who is free.
+    fn greedy(edges: &[Vec<u32>], n: usize) -> Self {
+        let (mut left, mut right) = (vec![NONE; edges.len()], vec![NONE; n]);
+        for (l, adjacent) in edges.iter().enumerate() {
+            if let Some(&w) = adjacent.iter().find(|&&w| right[w as usize] == NONE) {
+                left[l] = w;
+                right[w as usize] = l as u32;
+            }
+        }
+        Self { left, right }
+    }
+
+    /// Augmenting paths, breadth first from each free left vertex, until the matching is largest.
+    fn augment(&mut self, edges: &[Vec<u32>]) {
+        // The left vertex that discovered each right vertex.
+        let mut came_from = vec![NONE; self.right.len()];
+        let (mut touched, mut queue) = (Vec::new(), Vec::new());
+        for root in 0..edges.len() {
+            if self.left[root] != NONE {
+                continue;
+            }
+            queue.clear();
+            queue.push(root as u32);
+            match self.search(edges, &mut queue, &mut came_from, &mut touched) {
+                Some(end) => {
+                    self.flip(end, &came_from);
+                    for w in touched.drain(..) {
+                        came_from[w as usize] = NONE;
+                    }
+                }
+                // Nothing reachable from here is free; what was visited can never be useful again.
+                None => touched.clear(),
+            }
+        }
+    }
+
+    /// The first free right vertex that alternating paths reach from the queue.
+    fn search(
+        &self,
+        edges: &[Vec<u32>],
+        queue: &mut Vec<u32>,
+        came_from: &mut [u32],
+        touched: &mut Vec<u32>,
+    ) -> Option<u32> {
+        let mut head = 0;
+        while head < queue.len() {
+            let l = queue[head];
+            head += 1;
+            for &w in &edges[l as usize] {
+                if came_from[w as usize] != NONE {
+                    continue;
+                }
+                came_from[w as usize] = l;
+                touched.push(w);
+                match self.right[w as usize] {
+                    NONE => return Some(w),
+                    mate => queue.push(mate),
+                }
+            }
+        }
+        None
+    }
+
+    /// Matches along the path that ends at a right vertex what was not, and the other way around.
+    fn flip(&mut self, end: u32, came_from: &[u32]) {
+        let mut w = end;
+        while w != NONE {
+            let l = came_from[w as usize];
+            self.right[w as usize] = l;
+            w = std::mem::replace(&mut self.left[l as usize], w);
+        }
+    }
+
+    /// König: who is reached by alternating paths from free left vertices. The cover is the left who are
+    /// not and the right who are.
+    fn reached(&self, edges: &[Vec<u32>]) -> (Vec<bool>, Vec<bool>) {
+        let (mut left, mut right) = (vec![false; edges.len()], vec![false; self.right.len()]);
+        let free = |&l: &usize| self.left[l] == NONE;
+        let mut stack: Vec<usize> = (0..edges.len()).filter(free).collect();
+        for &l in &stack {
+            left[l] = true;
+        }
+        while let Some(l) = stack.pop() {
+            for &w in &edges[l] {
+                let mate = self.right[w as usize];
+                if !std::mem::replace(&mut right[w as usize], true)
+                    && mate != NONE
+                    && !std::mem::replace(&mut left[mate as usize], true)
+                {
+                    stack.push(mate as usize);
+                }
+            }
+        }
+        (left, right)
+    }
 }
