@@ -27,9 +27,10 @@ impl Scene {
     }
 
     fn assemble(&self) -> Result<Assembly<3>, Refusal> {
-        let held = self.bones.cranium.iter().chain(&self.bones.jaw);
-        let held: Vec<usize> = held.map(|&n| n as usize).collect();
-        let dofs = Dofs::new(self.mesh.nodes(), &held, &self.moved_axes()).map_err(in_mesh)?;
+        let bones = self.bones.cranium.iter().chain(&self.bones.jaw);
+        let prescribed: Vec<usize> = bones.map(|&n| n as usize).collect();
+        let dofs =
+            Dofs::new(self.mesh.nodes(), &prescribed, &self.moved_axes()).map_err(in_mesh)?;
         let builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
         let builder = self.with_flesh(builder)?;
         let touching = self
@@ -107,8 +108,12 @@ impl Scene {
         let barrier = barrier.map_err(|e| refusal("material", MaterialDefect::from(e)))?;
         // What only bones move no force can hold; it is counted and named instead.
         let free = |&n: &u32| self.bones.of_node()[n as usize] == Bone::Free;
-        let held = |&tet: &usize| !self.mesh.tet(tet).iter().any(free);
-        let tets: Vec<usize> = tets.iter().copied().filter(|tet| !held(tet)).collect();
+        let prescribed = |&tet: &usize| !self.mesh.tet(tet).iter().any(free);
+        let tets: Vec<usize> = tets
+            .iter()
+            .copied()
+            .filter(|tet| !prescribed(tet))
+            .collect();
         match tets.is_empty() {
             true => Ok(builder),
             false => builder.region(&tets, barrier).map_err(in_mesh),
@@ -121,8 +126,8 @@ impl Scene {
             element,
             control: entry.muscle as usize,
             direction: entry.direction,
-            max_isometric_stress: self.fibers.sigma_max * entry.weight,
-            optimal_stretch: self.fibers.lambda_ofl,
+            max_isometric_stress: self.fibers.max_isometric_stress * entry.weight,
+            optimal_stretch: self.fibers.optimal_stretch,
         }
     }
 

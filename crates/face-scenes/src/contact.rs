@@ -6,8 +6,8 @@ use super::{SceneError, json};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
 use fem_assembly::{
-    AssemblyBuilder, AssemblyError, ContactPoint, FleshContact, FleshContactParams, Obstacle,
-    RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
+    AssemblyBuilder, AssemblyError, ContactPoint, FleshContact, FleshContactParams,
+    ImplicitSurface, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -199,19 +199,19 @@ fn shapes(
             return Ok(vec![triangles(place, &path, chosen, spacing, activation)?]);
         }
         ShapeSpec::Eyeballs(file) => return eyeballs(&place.file(file)),
-        ShapeSpec::Sphere { center, radius } => Obstacle::Sphere {
+        ShapeSpec::Sphere { center, radius } => ImplicitSurface::Sphere {
             center: meters(center),
             radius: radius * place.scale,
         },
-        ShapeSpec::Capsule { ends, radius } => Obstacle::Capsule {
+        ShapeSpec::Capsule { ends, radius } => ImplicitSurface::Capsule {
             ends: [meters(&ends[0]), meters(&ends[1])],
             radius: radius * place.scale,
         },
-        ShapeSpec::Box { min, max } => Obstacle::Box {
+        ShapeSpec::Box { min, max } => ImplicitSurface::Box {
             min: meters(min),
             max: meters(max),
         },
-        ShapeSpec::HalfSpace { point, normal } => Obstacle::HalfSpace {
+        ShapeSpec::HalfSpace { point, normal } => ImplicitSurface::HalfSpace {
             point: meters(point),
             normal: *normal,
         },
@@ -222,12 +222,12 @@ fn shapes(
     Ok(vec![(RigidSurface::Implicit(implicit), bounds(&implicit))])
 }
 
-fn bounds(surface: &Obstacle<3>) -> [[f64; 3]; 2] {
+fn bounds(surface: &ImplicitSurface<3>) -> [[f64; 3]; 2] {
     let around =
         |low: [f64; 3], high: [f64; 3], by: f64| [low.map(|c| c - by), high.map(|c| c + by)];
     match surface {
-        Obstacle::Sphere { center, radius } => around(*center, *center, *radius),
-        Obstacle::Capsule {
+        ImplicitSurface::Sphere { center, radius } => around(*center, *center, *radius),
+        ImplicitSurface::Capsule {
             ends: [a, b],
             radius,
         } => around(
@@ -235,8 +235,8 @@ fn bounds(surface: &Obstacle<3>) -> [[f64; 3]; 2] {
             std::array::from_fn(|i| a[i].max(b[i])),
             *radius,
         ),
-        Obstacle::Box { min, max } => [*min, *max],
-        Obstacle::HalfSpace { .. } => [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]],
+        ImplicitSurface::Box { min, max } => [*min, *max],
+        ImplicitSurface::HalfSpace { .. } => [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]],
     }
 }
 
@@ -287,7 +287,7 @@ struct Eyeball {
 fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
     let read: EyeballFile = json::read(path)?;
     let ball = |(name, eye): (String, Eyeball)| {
-        let ball = Obstacle::Sphere {
+        let ball = ImplicitSurface::Sphere {
             center: eye.centre_m,
             radius: eye.radius_m,
         };
@@ -424,7 +424,7 @@ mod tests {
         let [x, y, z] = points[front];
         let center = [x, y, z + 0.015];
         scene.contact.solids[0].surface =
-            fem_assembly::RigidSurface::Implicit(fem_assembly::Obstacle::Sphere {
+            fem_assembly::RigidSurface::Implicit(fem_assembly::ImplicitSurface::Sphere {
                 center,
                 radius: 0.02,
             });

@@ -46,7 +46,7 @@
 //!   "regions": { "array": "layer", "labels": [
 //!     { "label": 2, "name": "fat", "material": { "preset": "soft_mooney_rivlin" } }
 //!   ] },
-//!   "fibers": { "curve": "physbam", "stretch": "total", "sigma_max": 200e3, "lambda_ofl": 1.0 },
+//!   "fibers": { "curve": "physbam", "stretch": "total", "max_isometric_stress": 200e3, "optimal_stretch": 1.0 },
 //!   "targets": {
 //!     "landmarks": "landmarks.csv", "skip": ["rest"], "identities": ["identity_"],
 //!     "dense": { "file": "targets.vtu", "vertex": "ict_vertex", "prefix": "disp_" },

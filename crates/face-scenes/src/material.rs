@@ -295,9 +295,11 @@ pub struct Fibers {
     /// Which stretch.
     pub stretch: FiberStretch,
     /// σ_max, Pa.
-    pub sigma_max: f64,
+    #[serde(alias = "sigma_max")]
+    pub max_isometric_stress: f64,
     /// λ_ofl, the stretch at which the active tension peaks.
-    pub lambda_ofl: f64,
+    #[serde(alias = "lambda_ofl")]
+    pub optimal_stretch: f64,
 }
 
 impl Default for Fibers {
@@ -307,8 +309,8 @@ impl Default for Fibers {
         Self {
             curve: FiberCurve::Physbam,
             stretch: FiberStretch::Total,
-            sigma_max: 200e3,
-            lambda_ofl: 1.0,
+            max_isometric_stress: 200e3,
+            optimal_stretch: 1.0,
         }
     }
 }
@@ -316,12 +318,15 @@ impl Default for Fibers {
 impl Fibers {
     pub(super) fn defect(&self) -> Option<FibersDefect> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        let (sigma_max, lambda_ofl) = (self.sigma_max, self.lambda_ofl);
-        if !positive(sigma_max) {
-            return Some(FibersDefect::SigmaMax { sigma_max });
+        let (max_isometric_stress, optimal_stretch) =
+            (self.max_isometric_stress, self.optimal_stretch);
+        if !positive(max_isometric_stress) {
+            return Some(FibersDefect::MaxIsometricStress {
+                max_isometric_stress,
+            });
         }
-        if !positive(lambda_ofl) {
-            return Some(FibersDefect::LambdaOfl { lambda_ofl });
+        if !positive(optimal_stretch) {
+            return Some(FibersDefect::OptimalStretch { optimal_stretch });
         }
         if let FiberCurve::Table { active, passive } = &self.curve {
             return table_defect("active", active).or_else(|| table_defect("passive", passive));
@@ -435,8 +440,13 @@ mod tests {
                 .defect()
                 .is_some_and(|e| e.to_string().contains("curve.table.active"))
         );
-        fibers.sigma_max = -1.0;
-        let sigma_max = -1.0;
-        assert_eq!(fibers.defect(), Some(FibersDefect::SigmaMax { sigma_max }));
+        fibers.max_isometric_stress = -1.0;
+        let max_isometric_stress = -1.0;
+        assert_eq!(
+            fibers.defect(),
+            Some(FibersDefect::MaxIsometricStress {
+                max_isometric_stress
+            })
+        );
     }
 }

@@ -514,7 +514,10 @@ fn regions_and_fiber_settings() {
     assert_eq!(scene.regions[1].name, "stiff");
     assert_eq!(scene.region_of_tet[..4], [0, 0, 1, 0]);
     assert_eq!(
-        (scene.fibers.sigma_max, scene.fibers.lambda_ofl),
+        (
+            scene.fibers.max_isometric_stress,
+            scene.fibers.optimal_stretch
+        ),
         (3e5, 1.0)
     );
     assert_eq!(scene.fibers.stretch, FiberStretch::Isochoric);
@@ -524,7 +527,10 @@ fn regions_and_fiber_settings() {
         &["regions.labels[0]", "no tet of the mesh has label 7"],
     );
     files.edit("scene.json", "\"sigma_max\": 3e5", "\"sigma_max\": 0");
-    expect(&files.error("scene.json"), &["fibers: sigma_max = 0"]);
+    expect(
+        &files.error("scene.json"),
+        &["fibers: max_isometric_stress = 0"],
+    );
 }
 
 #[test]

@@ -87,13 +87,13 @@ pub(crate) fn check_faces<const D: usize>(
 }
 
 /// Triangles that close the rims of an oriented surface, for each rim a fan around one of its nodes:
-/// the first of those that `held` accepts, or else the first of all.
+/// the first of those that `prescribed` accepts, or else the first of all.
 ///
 /// # Errors
 /// When two faces run the same way along an edge.
 pub(crate) fn caps(
     faces: &[[u32; 3]],
-    held: impl Fn(u32) -> bool,
+    prescribed: impl Fn(u32) -> bool,
 ) -> Result<Vec<[u32; 3]>, AssemblyError> {
     let mut rim: Vec<[u32; 2]> = Vec::new();
     for (nodes, around) in ridges(faces) {
@@ -109,7 +109,7 @@ pub(crate) fn caps(
             _ => rim.push([low, high]),
         }
     }
-    let apex = apexes(&rim, held);
+    let apex = apexes(&rim, prescribed);
     let fan = |edge: &[u32; 2]| [edge[0], edge[1], apex[&edge[0]]];
     let triangles = rim.iter().map(fan);
     Ok(triangles
@@ -118,8 +118,14 @@ pub(crate) fn caps(
 }
 
 /// For each node of a rim the node that its whole rim is fanned around.
-fn apexes(rim: &[[u32; 2]], held: impl Fn(u32) -> bool) -> BTreeMap<u32, u32> {
-    let better = |a: u32, b: u32| if (!held(a), a) < (!held(b), b) { a } else { b };
+fn apexes(rim: &[[u32; 2]], prescribed: impl Fn(u32) -> bool) -> BTreeMap<u32, u32> {
+    let better = |a: u32, b: u32| {
+        if (!prescribed(a), a) < (!prescribed(b), b) {
+            a
+        } else {
+            b
+        }
+    };
     let mut apex: BTreeMap<u32, u32> = rim.iter().flatten().map(|&n| (n, n)).collect();
     loop {
         let mut changed = false;
@@ -204,8 +210,8 @@ mod tests {
         faces.retain(|f| !f.iter().all(|&n| mesh.node(n)[2] == 0.0));
         faces.retain(|f| !f.iter().all(|&n| mesh.node(n)[2] == 1.0));
         assert!(check_closed(&faces).is_err());
-        let held = |n: u32| n == 12;
-        let caps = caps(&faces, held).unwrap();
+        let prescribed = |n: u32| n == 12;
+        let caps = caps(&faces, prescribed).unwrap();
         assert!(caps.iter().any(|cap| cap[2] == 12) || !faces.iter().flatten().any(|&n| n == 12));
         let whole = [faces, caps].concat();
         assert_eq!(check_closed(&whole), Ok(()));

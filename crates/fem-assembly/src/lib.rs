@@ -37,7 +37,7 @@ mod element;
 mod element_group;
 mod error;
 mod faces;
-mod held;
+mod free_parts;
 pub mod mesh;
 mod patches;
 mod plan;
@@ -58,7 +58,8 @@ pub use builder::AssemblyBuilder;
 pub use configuration::Configuration;
 pub use dofs::Dofs;
 pub use error::AssemblyError;
-pub use held::{FreePart, RigidMotion};
+pub use fem_kinematics::ImplicitSurface;
+pub use free_parts::{FreePart, RigidMotion};
 pub use patches::VolumePatches;
 pub use quasistatic::Quasistatic;
 pub use renewing::{RenewedSolution, RenewingError, solve_renewing};
@@ -67,7 +68,7 @@ pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
 pub use terms::{
     Cavity, ContactPoint, Fiber, FleshContact, FleshContactParams, Gravity, Jet, NodalLoads,
-    Obstacle, Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
-    Scaled, Spring, Springs,
+    Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance, Scaled,
+    Spring, Springs,
 };
 pub use walk::{WalkError, WalkedSolution, solve_walking};

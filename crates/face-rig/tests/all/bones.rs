@@ -29,8 +29,8 @@ fn pushed() -> Parameters {
 fn an_infinite_energy_that_no_flesh_can_mend_names_element_and_bones() {
     let mesh = mesh();
     let (cranium, jaw) = (layer(&mesh, 0.0), layer(&mesh, 0.01));
-    let held = [cranium.clone(), jaw.clone()].concat();
-    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let prescribed = [cranium.clone(), jaw.clone()].concat();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
     let flesh = NeoHookean {
         mu: 1e4,
         lambda: 4e4,
@@ -70,8 +70,8 @@ fn an_infinite_energy_that_no_flesh_can_mend_names_element_and_bones() {
 fn a_model_with_an_energy_there_is_solved() {
     let mesh = mesh();
     let (cranium, jaw) = (layer(&mesh, 0.0), layer(&mesh, 0.01));
-    let held = [cranium, jaw.clone()].concat();
-    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let prescribed = [cranium, jaw.clone()].concat();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
     let flesh = StableNeoHookean {
         mu: 1e4,
         lambda: 4e4,

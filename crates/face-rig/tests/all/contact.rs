@@ -4,8 +4,8 @@
 use face_rig::rig::{AffineMap, Direction, Parameters, Rig, RigParams};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    AssemblyBuilder, ContactPoint, Dofs, FleshContact, FleshContactParams, Obstacle, RigidContact,
-    RigidContactParams, RigidFrame, RigidSurface,
+    AssemblyBuilder, ContactPoint, Dofs, FleshContact, FleshContactParams, ImplicitSurface,
+    RigidContact, RigidContactParams, RigidFrame, RigidSurface,
 };
 use fem_materials::StableNeoHookean;
 
@@ -40,10 +40,10 @@ fn under_a_ball() -> Rig {
     elements.extend(first..first + 4);
     let mesh = SimplexMesh::new(nodes, elements).unwrap();
     let rest = mesh.nodes();
-    let held: Vec<usize> = (0..rest.len())
+    let prescribed: Vec<usize> = (0..rest.len())
         .filter(|&n| rest[n][2] == 0.0 || rest[n][2] > 0.05)
         .collect();
-    let ball = Obstacle::Sphere {
+    let ball = ImplicitSurface::Sphere {
         center: [0.021, 0.018, 0.0305],
         radius: 0.01,
     };
@@ -62,7 +62,7 @@ fn under_a_ball() -> Rig {
         hard,
     )
     .unwrap();
-    let dofs = Dofs::with_prescribed_nodes(rest, &held).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     let builder = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(FLESH)

@@ -17,12 +17,18 @@ const MUSCLES: usize = 2;
 const VALUES: [f64; 6] = [900.0, 0.8, 0.4, -0.3, 0.7, -0.5];
 const UNITS: [f64; 6] = [2000.0, 1.0, 1.0, 1.0, 1.0, 1.0];
 
-fn assembly(held: &[usize], axes: &[(usize, usize)]) -> (fem_assembly::Assembly<3>, Vec<usize>) {
+fn assembly(
+    prescribed: &[usize],
+    axes: &[(usize, usize)],
+) -> (fem_assembly::Assembly<3>, Vec<usize>) {
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
     let rest = mesh.nodes();
     let at = |z: f64| (0..rest.len()).filter(move |&n| (rest[n][2] - z).abs() < 1e-9);
     let jaw: Vec<usize> = at(0.08).collect();
-    let fixed: Vec<usize> = at(0.0).chain(jaw.clone()).chain(held.to_vec()).collect();
+    let prescribed: Vec<usize> = at(0.0)
+        .chain(jaw.clone())
+        .chain(prescribed.to_vec())
+        .collect();
     let fibers = |control: usize| -> Vec<Fiber> {
         let of = |element| Fiber {
             element,
@@ -55,7 +61,7 @@ fn assembly(held: &[usize], axes: &[(usize, usize)]) -> (fem_assembly::Assembly<
         bulk
     };
     let patches = VolumePatches::around_edges(&mesh);
-    let dofs = Dofs::new(rest, &fixed, axes).unwrap();
+    let dofs = Dofs::new(rest, &prescribed, axes).unwrap();
     let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
     let builder = builder
         .region(&lower, flesh)

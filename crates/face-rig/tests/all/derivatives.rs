@@ -10,18 +10,18 @@ use face_rig::rig::{
     PartError, Rig, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
+use fem_assembly::{AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty};
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, StableNeoHookean, Stretch};
 use fem_solvers::{Damping, StepMethod};
 
 const MUSCLES: usize = 3;
 /// What the flesh presses against: a half-space and a ball (document 000, 5.7).
-const PLANE: Obstacle<3> = Obstacle::HalfSpace {
+const PLANE: ImplicitSurface<3> = ImplicitSurface::HalfSpace {
     point: [0.001, 0.0, 0.0],
     normal: [1.0, 0.0, 0.0],
 };
-const BALL: Obstacle<3> = Obstacle::Sphere {
+const BALL: ImplicitSurface<3> = ImplicitSurface::Sphere {
     center: [0.06, 0.02, 0.04],
     radius: 0.022,
 };
@@ -43,7 +43,7 @@ fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
             .collect()
     };
     let (cranium, jaw): (Vec<usize>, Vec<usize>) = (at(0.0), at(0.08));
-    let fixed: Vec<usize> = cranium.iter().chain(&jaw).copied().collect();
+    let prescribed: Vec<usize> = cranium.iter().chain(&jaw).copied().collect();
     let fibers: Vec<Fiber> = (0..mesh.elements().len())
         .map(|element| Fiber {
             element,
@@ -57,31 +57,34 @@ fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
         curve: PhysBam::default(),
         stretch: Stretch::Total,
     };
-    let assembly = AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(&rest, &fixed).unwrap())
-        .unwrap()
-        .material(StableNeoHookean {
-            mu: 1e4 * factor,
-            lambda: 9e4 * factor,
-        })
-        .unwrap()
-        .fibers(law, MUSCLES, &fibers)
-        .unwrap()
-        .penalty(against(PLANE, unit, factor))
-        .unwrap()
-        .penalty(against(BALL, unit, factor))
-        .unwrap()
-        .build()
-        .unwrap();
+    let assembly = AssemblyBuilder::new(
+        &mesh,
+        Dofs::with_prescribed_nodes(&rest, &prescribed).unwrap(),
+    )
+    .unwrap()
+    .material(StableNeoHookean {
+        mu: 1e4 * factor,
+        lambda: 9e4 * factor,
+    })
+    .unwrap()
+    .fibers(law, MUSCLES, &fibers)
+    .unwrap()
+    .penalty(against(PLANE, unit, factor))
+    .unwrap()
+    .penalty(against(BALL, unit, factor))
+    .unwrap()
+    .build()
+    .unwrap();
     Rig::new(assembly, &jaw, params).unwrap()
 }
 
-fn against(obstacle: Obstacle<3>, unit: f64, factor: f64) -> Penalty<3> {
+fn against(obstacle: ImplicitSurface<3>, unit: f64, factor: f64) -> Penalty<3> {
     let obstacle = match obstacle {
-        Obstacle::HalfSpace { point, normal } => Obstacle::HalfSpace {
+        ImplicitSurface::HalfSpace { point, normal } => ImplicitSurface::HalfSpace {
             point: point.map(|x| x * unit),
             normal,
         },
-        Obstacle::Sphere { center, radius } => Obstacle::Sphere {
+        ImplicitSurface::Sphere { center, radius } => ImplicitSurface::Sphere {
             center: center.map(|x| x * unit),
             radius: radius * unit,
         },

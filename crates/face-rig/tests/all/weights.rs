@@ -12,10 +12,10 @@ use fem_materials::NeoHookean;
 #[test]
 fn a_point_comes_to_rest_at_the_mean_of_its_targets_by_weight() {
     let mesh = kuhn_grid(1, 1, 2, [0.02, 0.02, 0.04]).unwrap();
-    let held: Vec<usize> = (0..mesh.num_nodes())
+    let prescribed: Vec<usize> = (0..mesh.num_nodes())
         .filter(|&n| mesh.nodes()[n][2] == 0.0)
         .collect();
-    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
     let flesh = NeoHookean {
         mu: 1e4,
         lambda: 4e4,

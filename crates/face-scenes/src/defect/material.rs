@@ -63,16 +63,16 @@ impl From<ModelError> for MaterialDefect {
 #[non_exhaustive]
 pub enum FibersDefect {
     /// A peak stress that is none.
-    #[error("sigma_max = {sigma_max} must be pascals above 0")]
-    SigmaMax {
+    #[error("max_isometric_stress = {max_isometric_stress} must be pascals above 0")]
+    MaxIsometricStress {
         /// What was given.
-        sigma_max: f64,
+        max_isometric_stress: f64,
     },
     /// A stretch that is none.
-    #[error("lambda_ofl = {lambda_ofl} must be above 0")]
-    LambdaOfl {
+    #[error("optimal_stretch = {optimal_stretch} must be above 0")]
+    OptimalStretch {
         /// What was given.
-        lambda_ofl: f64,
+        optimal_stretch: f64,
     },
     /// A table of tensions that is no curve.
     #[error(

@@ -155,12 +155,12 @@ fn motions_and_strengths_do_what_they_say() {
     stronger.edit(
         "scene.json",
         "\"targets\"",
-        "\"fibers\": { \"sigma_max\": 300e3 },\n  \"targets\"",
+        "\"fibers\": { \"max_isometric_stress\": 300e3 },\n  \"targets\"",
     );
     let other = Scene::load(stronger.path("scene.json")).expect("a scene");
     let plain = with(&ALL.replace(
         "\"loads\"",
-        "\"fibers\": { \"sigma_max\": 200e3 }, \"loads\"",
+        "\"fibers\": { \"max_isometric_stress\": 200e3 }, \"loads\"",
     ));
     let scene = Scene::load(plain.path("scene.json")).expect("a scene");
     let tensed = |pose: &mut Parameters| pose.activations = vec![0.05, 0.1];

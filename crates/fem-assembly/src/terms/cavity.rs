@@ -104,7 +104,7 @@ impl<const D: usize> Cavity<D> {
 impl Cavity<3> {
     /// Faces with holes, each of which is closed by a fan of triangles through the nodes of its own rim:
     /// a closed surface, on which no force or torque is left over. The fan carries its pressure to the
-    /// rim; it lies around the first node of the rim that `held` accepts (say, one on bone), or else
+    /// rim; it lies around the first node of the rim that `prescribed` accepts (say, one on bone), or else
     /// around the first one.
     ///
     /// # Errors
@@ -112,9 +112,9 @@ impl Cavity<3> {
     pub fn capped(
         mut faces: Vec<[u32; 3]>,
         pressure: f64,
-        held: impl Fn(u32) -> bool,
+        prescribed: impl Fn(u32) -> bool,
     ) -> Result<Self, AssemblyError> {
-        let caps = caps(&faces, held)?;
+        let caps = caps(&faces, prescribed)?;
         faces.extend(caps);
         Self::closed(faces, pressure)
     }

@@ -20,6 +20,6 @@ pub use contact::{
 pub use fibers::Fiber;
 pub use gravity::Gravity;
 pub use nodal_loads::NodalLoads;
-pub use obstacle::{Obstacle, Penalty};
+pub use obstacle::Penalty;
 pub use scaled::Scaled;
 pub use springs::{Spring, Springs};

@@ -9,9 +9,6 @@ use fem_kinematics::{ImplicitSurface, Mat, UnusableSurface};
 use fem_materials::HessianProjection;
 use std::ops::Range;
 
-/// The solid that nodes may not enter.
-pub type Obstacle<const D: usize> = ImplicitSurface<D>;
-
 /// Nodes that an obstacle pushes out with the force ε · depth · normal, the depth being −φ; energy ε/2 depth².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Penalty<const D: usize> {
@@ -20,7 +17,7 @@ pub struct Penalty<const D: usize> {
     /// ε, newtons per meter of depth.
     pub stiffness: f64,
     /// What they may not enter.
-    pub obstacle: Obstacle<D>,
+    pub obstacle: ImplicitSurface<D>,
 }
 
 impl<const D: usize> Penalty<D> {
@@ -129,7 +126,7 @@ mod tests {
         Penalty {
             nodes: vec![0],
             stiffness,
-            obstacle: Obstacle::Sphere { center, radius },
+            obstacle: ImplicitSurface::Sphere { center, radius },
         }
     }
 
@@ -137,7 +134,7 @@ mod tests {
         Penalty {
             nodes: vec![0],
             stiffness: 1.0,
-            obstacle: Obstacle::HalfSpace { point, normal },
+            obstacle: ImplicitSurface::HalfSpace { point, normal },
         }
     }
 

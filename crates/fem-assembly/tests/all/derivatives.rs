@@ -12,7 +12,7 @@ mod random;
 mod work;
 
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
-use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
+use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty};
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, HessianProjection, NeoHookean, Stretch};
 use fem_solvers::{BlockSymmetric, LinearOperator};
@@ -61,7 +61,7 @@ fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
         .penalty(Penalty {
             nodes: (0..rest.len()).collect(),
             stiffness: 500.0,
-            obstacle: Obstacle::Sphere {
+            obstacle: ImplicitSurface::Sphere {
                 center: [0.5, 0.5, 2.6],
                 radius: 0.8,
             },
@@ -70,7 +70,7 @@ fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
         .penalty(Penalty {
             nodes: (0..rest.len()).collect(),
             stiffness: 300.0,
-            obstacle: Obstacle::HalfSpace {
+            obstacle: ImplicitSurface::HalfSpace {
                 point: [0.1, 0.0, 0.0],
                 normal: [1.0, 0.0, 0.0],
             },

@@ -33,7 +33,7 @@ fn a_ball_presses_as_hertz_says() {
     let mesh = quarter();
     let rest = mesh.nodes();
     let bottom = rest.iter().fold(0.0_f64, |m, p| m.min(p[2]));
-    let held: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == bottom).collect();
+    let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == bottom).collect();
     let on_plane = |(n, axis): &(usize, usize)| rest[*n][*axis] == 0.0;
     let planes = (0..rest.len())
         .flat_map(|n| [(n, 0), (n, 1)])
@@ -60,7 +60,7 @@ fn a_ball_presses_as_hertz_says() {
         mu: YOUNG / (2.0 * (1.0 + POISSON)),
         lambda: YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON)),
     };
-    let dofs = Dofs::new(rest, &held, &planes).unwrap();
+    let dofs = Dofs::new(rest, &prescribed, &planes).unwrap();
     let assembly = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(flesh)
@@ -82,7 +82,7 @@ fn a_ball_presses_as_hertz_says() {
         .unwrap();
     let positions = problem.positions(&x);
     let forces = assembly.forces_everywhere(assembly.configuration(&positions, &[]).unwrap());
-    let force = 4.0 * held.iter().map(|&n| forces[n][2]).sum::<f64>();
+    let force = 4.0 * prescribed.iter().map(|&n| forces[n][2]).sum::<f64>();
     let stiffness = YOUNG / (1.0 - POISSON * POISSON);
     let expected = 4.0 / 3.0 * stiffness * RADIUS.sqrt() * DEPTH.powf(1.5);
     let off = force.abs() / expected - 1.0;

@@ -2,7 +2,7 @@
 
 mod contact;
 mod derivatives;
-mod held;
+mod free_parts;
 mod hertz;
 mod incompressible;
 mod loads;

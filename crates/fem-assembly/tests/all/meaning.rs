@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
+use fem_assembly::{AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty};
 use fem_kinematics::Mat;
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, HessianProjection, Material, NeoHookean, Stretch};
@@ -85,7 +85,7 @@ fn a_penalty_pushes_outwards_whoever_holds_the_node_and_never_pulls() {
     let penalty = Penalty {
         nodes: (0..8).collect(),
         stiffness: 300.0,
-        obstacle: Obstacle::HalfSpace {
+        obstacle: ImplicitSurface::HalfSpace {
             point: [0.0, 0.0, 0.1],
             normal: [0.0, 0.0, 1.0],
         },

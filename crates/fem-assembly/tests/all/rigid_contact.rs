@@ -163,8 +163,8 @@ fn scene(sampled: bool, moving: bool) -> Scene {
         depth: f64::INFINITY,
     };
     let contact = RigidContact::new(surface, frame, points, rest, params).unwrap();
-    let held = if moving { &bone } else { &high };
-    let dofs = Dofs::with_prescribed_nodes(rest, held).unwrap();
+    let prescribed = if moving { &bone } else { &high };
+    let dofs = Dofs::with_prescribed_nodes(rest, prescribed).unwrap();
     let flesh = NeoHookean {
         mu: 1e4,
         lambda: 4e4,

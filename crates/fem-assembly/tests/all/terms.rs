@@ -4,8 +4,8 @@
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
     Assembly, AssemblyBuilder, AssemblyError, Cavity, Configuration, Dofs, EnergySink, Fiber,
-    GradientSink, Gravity, HessianSink, NodalLoads, Obstacle, Penalty, Scaled, Spring, Springs,
-    Stencils, Term, VolumePatches,
+    GradientSink, Gravity, HessianSink, ImplicitSurface, NodalLoads, Penalty, Scaled, Spring,
+    Springs, Stencils, Term, VolumePatches,
 };
 use fem_kinematics::Mat;
 use fem_materials::curves::PhysBam;
@@ -144,7 +144,7 @@ fn ball(nodes: usize) -> Penalty<3> {
     Penalty {
         nodes: (0..nodes).collect(),
         stiffness: 500.0,
-        obstacle: Obstacle::Sphere {
+        obstacle: ImplicitSurface::Sphere {
             center: [0.5, 0.5, 2.6],
             radius: 0.8,
         },

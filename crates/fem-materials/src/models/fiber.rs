@@ -23,8 +23,9 @@ pub(crate) const PARAMETERS: [Parameter; 8] = [
         "1.4",
         "stretch from which the passive curve is straight",
     ),
-    Parameter::pascals("sigma_max", "3e5", "peak tension"),
-    Parameter::plain("lambda_ofl", "1.0", "optimal stretch"),
+    Parameter::pascals("max_isometric_stress", "3e5", "largest active tension").also(&["sigma_max"]),
+    Parameter::plain("optimal_stretch", "1.0", "stretch of the largest active tension")
+        .also(&["lambda_ofl"]),
     Parameter::plain("alpha", "0.3", "activation, 0 to 1"),
     Parameter::plain(
         "a0",
@@ -60,9 +61,9 @@ pub(crate) fn fiber_from(p: &Parameters, stretch: Stretch) -> Result<Fiber, Para
         field: FiberLaw { curve, stretch },
         local: FiberTerm {
             direction: p.direction("a0")?,
-            max_isometric_stress: p.non_negative("sigma_max")?,
+            max_isometric_stress: p.non_negative("max_isometric_stress")?,
             activation: p.non_negative("alpha")?,
-            optimal_stretch: p.positive("lambda_ofl")?,
+            optimal_stretch: p.positive("optimal_stretch")?,
         },
     })
 }
@@ -72,7 +73,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "fiber_isochoric",
         aliases: &["fiber_dev"],
         elastic: None,
-        about: "muscle fibers alone, deviatoric stretch (document 000, 4.2)",
+        about: "muscle fibers alone, isochoric stretch (document 000, 4.2)",
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Isochoric),
     });
@@ -80,7 +81,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "fiber_total",
         aliases: &["fiber_tilde"],
         elastic: None,
-        about: "muscle fibers alone, plain stretch (what PhysBAM runs)",
+        about: "muscle fibers alone, total stretch (what PhysBAM runs)",
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Total),
     });

@@ -26,8 +26,8 @@ const PARAMETERS: [Parameter; 2] = [
 
 pub(crate) fn register(visitor: &mut impl Register) {
     visitor.solid(&Entry {
-        name: "mooney_rivlin_dev",
-        aliases: &[],
+        name: "mooney_rivlin_isochoric",
+        aliases: &["mooney_rivlin_dev"],
         elastic: None,
         about: "passive flesh of document 000, to be added to a volume term",
         parameters: &PARAMETERS,

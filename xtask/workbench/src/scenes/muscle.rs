@@ -5,7 +5,7 @@ use super::compare::{ENERGY, POSITION, Record};
 use super::input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
 use crate::report::Report;
 use crate::shared::read_json;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty, Quasistatic};
+use fem_assembly::{AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty, Quasistatic};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -142,11 +142,13 @@ impl Shape {
         }
     }
 
-    fn obstacle(self) -> (&'static str, Obstacle<3>) {
+    fn obstacle(self) -> (&'static str, ImplicitSurface<3>) {
         match self {
-            Self::Sphere { center, radius } => ("sphere", Obstacle::Sphere { center, radius }),
+            Self::Sphere { center, radius } => {
+                ("sphere", ImplicitSurface::Sphere { center, radius })
+            }
             Self::HalfSpace { point, normal } => {
-                ("half-space", Obstacle::HalfSpace { point, normal })
+                ("half-space", ImplicitSurface::HalfSpace { point, normal })
             }
         }
     }

@@ -89,7 +89,7 @@ impl RigidSurface {
 }
 
 /// What one point feels.
-struct Touch {
+struct Pressed {
     energy: f64,
     /// ψ'(φ), newtons.
     slope: f64,
@@ -222,7 +222,7 @@ impl RigidContact {
         t
     }
 
-    fn touch(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<Touch> {
+    fn touch(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<Pressed> {
         let (lack, x) = self.near(placed, positions, s)?;
         let RigidContactParams {
             activation,
@@ -230,7 +230,7 @@ impl RigidContact {
             ..
         } = self.params;
         let force = pressure * self.points[s].area;
-        Some(Touch {
+        Some(Pressed {
             energy: self.energy_of(s, lack),
             slope: -force * lack * lack,
             stiffness: 2.0 * force * lack / activation,
@@ -244,7 +244,7 @@ impl RigidContact {
     }
 
     /// How much vertex k of a stencil moves its point against the bone.
-    fn share(&self, s: usize, touch: &Touch, k: usize) -> f64 {
+    fn share(&self, s: usize, touch: &Pressed, k: usize) -> f64 {
         if k < 4 {
             self.points[s].weights[k]
         } else {

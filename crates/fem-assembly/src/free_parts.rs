@@ -186,10 +186,10 @@ impl<const D: usize> Assembly<D> {
     ) -> Option<FreePart<D>> {
         let x = at.positions();
         let frame = Frame::of(nodes.iter().chain(anchors).map(|&n| x[n]));
-        let held = self.held_axes(nodes, anchors);
+        let prescribed = self.prescribed_axes(nodes, anchors);
         let count = Frame::<D>::MOTIONS;
         let mut gram = vec![0.0; count * count];
-        for &(node, axis) in &held {
+        for &(node, axis) in &prescribed {
             let of: Vec<f64> = (0..count)
                 .map(|m| frame.motion(m, &x[node])[axis])
                 .collect();
@@ -214,8 +214,8 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// (node, axis) of every prescribed coordinate that a part feels.
-    fn held_axes(&self, nodes: &[usize], anchors: &[usize]) -> Vec<(usize, usize)> {
-        let mut held: Vec<(usize, usize)> = anchors
+    fn prescribed_axes(&self, nodes: &[usize], anchors: &[usize]) -> Vec<(usize, usize)> {
+        let mut prescribed: Vec<(usize, usize)> = anchors
             .iter()
             .flat_map(|&n| (0..D).map(move |k| (n, k)))
             .collect();
@@ -223,14 +223,14 @@ impl<const D: usize> Assembly<D> {
         for &node in nodes {
             let row = self.dofs.rank()[node];
             let first = axes.partition_point(|(r, _)| *r < row);
-            held.extend(
+            prescribed.extend(
                 axes[first..]
                     .iter()
                     .take_while(|(r, _)| *r == row)
                     .map(|(_, k)| (node, *k)),
             );
         }
-        held
+        prescribed
     }
 
     /// Combinations of `motions` along which no term has any curvature.
