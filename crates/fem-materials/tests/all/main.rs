@@ -10,6 +10,7 @@ mod lame;
 mod meaning;
 mod near_rest;
 mod numbers;
+mod properties;
 mod qr;
 mod registry;
 mod work;
