@@ -2,6 +2,7 @@
 
 use fem_solvers::parallel;
 
+use super::camera::Seen;
 use super::canvas::Canvas;
 use super::colormap::{to_linear, to_srgb};
 use super::occlusion::ambient_light;
@@ -28,76 +29,113 @@ pub(super) fn shade(
         layer.check()?;
     }
     let mut canvas = Canvas::new(width, height, [1.0; 3])?;
-    let (w, h) = (width * SAMPLES, height * SAMPLES);
-    let project = camera.projection(w, h);
-    let seen: Vec<Vec<_>> = layers
-        .iter()
-        .map(|l| l.points.iter().map(|&p| project(p)).collect())
-        .collect();
-    let normals: Vec<_> = layers
-        .iter()
-        .map(|l| corner_normals(l.points, l.triangles, l.crease_degrees))
-        .collect();
-    let hits = rasterize(layers, &seen, w, h);
-    let axes = camera.axes().map(|a| a.map(|x| x as f32));
-    let view_normal = |hit: &Hit| -> [f32; 3] {
-        let n = blend(
-            normals[hit.layer as usize][hit.triangle as usize],
-            hit.weights,
-        );
-        let v = axes.map(|a| a[0] * n[0] + a[1] * n[1] + a[2] * n[2]);
-        unit(if v[2] < 0.0 { v.map(|x| -x) } else { v })
-    };
+    let view = View::of(layers, camera, width, height);
+    let count = width * height;
     // Ambient light at one sample per pixel.
-    let center = |i: usize| &hits[(i / width * SAMPLES + 1) * w + i % width * SAMPLES + 1];
-    let depth: Vec<f32> = (0..width * height).map(|i| center(i).depth).collect();
-    let pixel_normals: Vec<[f32; 3]> = (0..width * height)
-        .map(|i| {
-            if depth[i].is_finite() {
-                view_normal(center(i))
-            } else {
-                [0.0, 0.0, 1.0]
-            }
-        })
-        .collect();
+    let depth: Vec<f32> = (0..count).map(|i| view.center(i).depth).collect();
+    let normal = |i: usize| {
+        if depth[i].is_finite() {
+            view.normal(view.center(i))
+        } else {
+            [0.0, 0.0, 1.0]
+        }
+    };
+    let normals: Vec<[f32; 3]> = (0..count).map(normal).collect();
     let pixel = camera.pixel(width, height) as f32;
     let radius = 0.09 * camera.half_height as f32;
-    let ambient = ambient_light(&depth, &pixel_normals, width, height, pixel, radius);
+    let ambient = ambient_light(&depth, &normals, width, height, pixel, radius);
+    let color = |i: usize| view.pixel(i, ambient[i], 4.0 * pixel);
+    let colors: Vec<[f32; 3]> = parallel::indexed(count, color);
+    for (i, &c) in colors.iter().enumerate() {
+        canvas.put(i % width, i / width, c);
+    }
+    Ok(Shaded { canvas, depth })
+}
 
-    // One sample of a pixel.
-    let color = |hit: &Hit, i: usize| {
-        if hit.layer == NOTHING {
-            let (x, y) = (i % width, i / width);
-            return background(x as f32 / width as f32, y as f32 / height as f32);
+/// What every sample of a picture hits.
+struct View<'a> {
+    layers: &'a [Layer<'a>],
+    width: usize,
+    height: usize,
+    /// The projected points of each layer.
+    seen: Vec<Vec<Seen>>,
+    /// The normals at the corners of each layer's triangles.
+    normals: Vec<Vec<[[f32; 3]; 3]>>,
+    hits: Vec<Hit>,
+    /// Of the camera.
+    axes: [[f32; 3]; 3],
+}
+
+impl<'a> View<'a> {
+    fn of(layers: &'a [Layer<'a>], camera: &Camera, width: usize, height: usize) -> Self {
+        let (w, h) = (width * SAMPLES, height * SAMPLES);
+        let project = camera.projection(w, h);
+        let of_layer = |l: &Layer| l.points.iter().map(|&p| project(p)).collect();
+        let seen: Vec<Vec<Seen>> = layers.iter().map(of_layer).collect();
+        let normals = layers.iter();
+        let normals = normals.map(|l| corner_normals(l.points, l.triangles, l.crease_degrees));
+        Self {
+            layers,
+            width,
+            height,
+            normals: normals.collect(),
+            hits: rasterize(layers, &seen, w, h),
+            seen,
+            axes: camera.axes().map(|a| a.map(|x| x as f32)),
         }
-        let layer = &layers[hit.layer as usize];
+    }
+
+    /// A sample of a pixel.
+    fn sample(&self, pixel: usize, sx: usize, sy: usize) -> &Hit {
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        &self.hits[(y * SAMPLES + sy) * self.width * SAMPLES + x * SAMPLES + sx]
+    }
+
+    /// The one near the middle of a pixel.
+    fn center(&self, pixel: usize) -> &Hit {
+        self.sample(pixel, 1, 1)
+    }
+
+    /// Toward the viewer, along the camera's axes.
+    fn normal(&self, hit: &Hit) -> [f32; 3] {
+        let corners = self.normals[hit.layer as usize][hit.triangle as usize];
+        let n = blend(corners, hit.weights);
+        let v = self.axes.map(|a| a[0] * n[0] + a[1] * n[1] + a[2] * n[2]);
+        unit(if v[2] < 0.0 { v.map(|x| -x) } else { v })
+    }
+
+    /// The color of a sample, linear.
+    fn color(&self, hit: &Hit, pixel: usize, ambient: f32) -> [f32; 3] {
+        if hit.layer == NOTHING {
+            let (x, y) = (pixel % self.width, pixel / self.width);
+            return background(x as f32 / self.width as f32, y as f32 / self.height as f32);
+        }
+        let layer = &self.layers[hit.layer as usize];
         let mut albedo = albedo(layer, hit);
         if layer.edges == Edges::Shown {
-            let line = edge(layer, &seen[hit.layer as usize], hit);
+            let line = edge(layer, &self.seen[hit.layer as usize], hit);
             albedo = albedo.map(|a| a * (1.0 - 0.6 * line));
         }
-        light(albedo, view_normal(hit), ambient[i], layer.gloss)
-    };
-    let colors: Vec<[f32; 3]> = parallel::indexed(width * height, |i| {
-        let (x, y) = (i % width, i / width);
-        if plain(&hits, w, x, y, layers, 4.0 * pixel) {
-            return color(center(i), i).map(to_srgb);
+        light(albedo, self.normal(hit), ambient, layer.gloss)
+    }
+
+    /// The color of a pixel; one sample is enough where depths differ by less than `step`.
+    fn pixel(&self, i: usize, ambient: f32, step: f32) -> [f32; 3] {
+        let (x, y) = (i % self.width, i / self.width);
+        if plain(&self.hits, self.width * SAMPLES, x, y, self.layers, step) {
+            return self.color(self.center(i), i, ambient).map(to_srgb);
         }
         let mut sum = [0.0; 3];
         for sy in 0..SAMPLES {
             for sx in 0..SAMPLES {
-                let c = color(&hits[(y * SAMPLES + sy) * w + x * SAMPLES + sx], i);
+                let c = self.color(self.sample(i, sx, sy), i, ambient);
                 for k in 0..3 {
                     sum[k] += c[k];
                 }
             }
         }
         sum.map(|s| to_srgb(s / (SAMPLES * SAMPLES) as f32))
-    });
-    for (i, &c) in colors.iter().enumerate() {
-        canvas.put(i % width, i / width, c);
     }
-    Ok(Shaded { canvas, depth })
 }
 
 /// Whether all samples of a pixel see one smooth piece of surface, so that one of them will do.
@@ -178,7 +216,7 @@ fn light(albedo: [f32; 3], n: [f32; 3], open: f32, gloss: f32) -> [f32; 3] {
 }
 
 /// 1 on an edge of the triangle, 0 from about one pixel away.
-fn edge(layer: &Layer<'_>, seen: &[super::camera::Seen], hit: &Hit) -> f32 {
+fn edge(layer: &Layer<'_>, seen: &[Seen], hit: &Hit) -> f32 {
     let c = layer.triangles[hit.triangle as usize].map(|i| seen[i as usize]);
     let area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
     let [w1, w2] = hit.weights.map(f64::from);

@@ -15,7 +15,7 @@ use face_scenes::{
     ExpressionFit, Observed, Scene, Target, TargetKind, fit_expression, parse_activations,
 };
 use indicatif::ProgressBar;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::time::Instant;
 
 /// End of the scale of distances, millimeters.
@@ -103,18 +103,30 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
         out.took("pictures", begin);
     }
     progress.finish_and_clear();
+    let settings = json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
+        "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
+        "stop_mm": 1e3 * params.rms_change });
+    finish(&mut out, scene, settings, &done, output.json)
+}
+
+/// The report and the summary.
+fn finish(
+    out: &mut Output,
+    scene: &Scene,
+    settings: Value,
+    done: &[Done],
+    json: bool,
+) -> Result<(), Failure> {
     let fits: Vec<ExpressionFit> = done.iter().map(|d| d.fit.clone()).collect();
     let truths: Vec<&[f64]> = done.iter().map(|d| d.truth.as_slice()).collect();
     let names: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": names, "fits": fits, "truths": truths });
-    let settings = json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
-        "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
-        "stop_mm": 1e3 * params.rms_change });
     let report = out.report("demo", settings, results)?;
-    if output.json {
+    if json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
         let (name, nodes) = (&scene.name, scene.mesh.num_nodes());
+        let muscles = scene.muscles.len();
         say(format!("{name}: {nodes} nodes, {muscles} muscles"))?;
         say(table(&fits).trim_end())?;
         say(format!(
