@@ -38,6 +38,7 @@ pub struct Settings<const D: usize> {
 
 /// Where the internal force of a step is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Integrator {
     /// At the start: symplectic Euler, with steps shorter than an elastic wave needs per cell.
     Symplectic,

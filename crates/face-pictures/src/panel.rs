@@ -4,6 +4,7 @@ use super::{Camera, Canvas, ColorMap, PictureError, ScalarBar};
 
 /// How a surface is colored; colors are sRGB in `[0, 1]`.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub enum Paint<'a> {
     /// One color.
     Uniform([f32; 3]),
@@ -113,6 +114,7 @@ impl<'a> Layer<'a> {
 
 /// Shape of a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Symbol {
     /// A filled disc with a light rim.
     Dot,

@@ -67,6 +67,7 @@ pub enum MovesWith {
 /// The form of a solid; lengths in the scene's unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum ShapeSpec {
     /// A surface of triangles in a VTU or VTK file: all, or those whose corners all have a label in
     /// a point data array of whole numbers. Parts may overlap; holes are closed.
@@ -315,9 +316,9 @@ impl Contact {
         let faces = mesh.boundary().faces.into_iter();
         let faces: Vec<[u32; 3]> = faces.filter(|f| f.iter().any(|&n| free(n))).collect();
         if !self.solids.is_empty() {
-            let carried = embedding.values().map(|p| (p.nodes, p.weights));
+            let carried = embedding.values().copied();
             let mut points = ContactPoint::carried(mesh, &faces, carried);
-            points.retain(|p| p.nodes.iter().any(|&n| free(n as u32)));
+            points.retain(|p| p.point.nodes.iter().any(|&n| free(n)));
             for solid in &self.solids {
                 builder = builder.term(solid.term(&points, mesh, bones, self.params)?)?;
             }
@@ -345,7 +346,7 @@ impl Solid {
         };
         let near: Vec<ContactPoint> = points.iter().filter(near).copied().collect();
         let frame = if self.moves_with == Bone::Jaw {
-            let taken: BTreeSet<usize> = near.iter().flat_map(|p| p.nodes).collect();
+            let taken: BTreeSet<usize> = near.iter().flat_map(ContactPoint::nodes).collect();
             let jaw = bones.jaw.iter().map(|&n| n as usize);
             let untouched: Vec<usize> = jaw.filter(|n| !taken.contains(n)).collect();
             Some(RigidFrame::new(rest, &untouched)?)

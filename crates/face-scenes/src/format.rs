@@ -91,6 +91,7 @@ fn one() -> f64 {
 /// Where the flesh with its bones, muscles and landmarks comes from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum FaceSource {
     /// The face that the program makes itself.
     Builtin(BuiltinSpec),
@@ -161,6 +162,7 @@ pub struct BonesSpec {
 /// The hinge, given here or in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum HingeSpec {
     /// A JSON file with `hinge_point_m`, meters whatever the scene's `scale`, and `hinge_axis`.
     File(PathBuf),
@@ -226,6 +228,7 @@ pub struct MusclesSpec {
 /// Muscle names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum NamesSpec {
     /// A JSON file: a list of objects with `index` and `name`.
     File(PathBuf),
@@ -236,6 +239,7 @@ pub enum NamesSpec {
 /// Which elements the muscles fill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum FibersSpec {
     /// CSV `tet,muscle,weight,fx,fy,fz`; several lines for one tet add up.
     Table(PathBuf),

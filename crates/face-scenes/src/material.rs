@@ -144,6 +144,7 @@ impl Serialize for NamedMaterial {
 
 /// A material of a scene file: a preset's name or the model with its parameters.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum MaterialSpec {
     /// One of [`fem_materials::presets`].
     Preset(String),
@@ -260,6 +261,7 @@ impl Region {
 /// Tension of a fiber over its normalized stretch l = λ/λ_ofl.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum FiberCurve {
     /// PhysBAM's, with a continuous slope.
     Physbam,
@@ -277,6 +279,7 @@ pub enum FiberCurve {
 /// Which stretch a fiber feels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FiberStretch {
     /// λ = |F a₀| (what PhysBAM runs).
     #[serde(alias = "plain")]

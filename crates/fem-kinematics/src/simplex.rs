@@ -26,6 +26,7 @@ pub struct RestShape<T, const D: usize> {
 
 /// Why a simplex has no rest shape.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum RestShapeError {
     /// The number of vertices is not D + 1.
     #[error("a simplex in {dimension}D has {} vertices, {given} were given", dimension + 1)]

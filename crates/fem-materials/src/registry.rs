@@ -330,6 +330,7 @@ pub fn at_rest<M: Material<3>>(model: &M) -> Lame {
 
 /// Why no model was made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ModelError {
     /// Nothing has this name.
     #[error("there is no model `{name}`; there are {}", known.join(", "))]
@@ -517,6 +518,7 @@ fn parse(name: &'static str, text: &str) -> Result<f64, ParameterError> {
 
 /// Why a model could not be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ParameterError {
     /// A parameter is not given.
     #[error("parameter `{name}` is missing: give it a value")]

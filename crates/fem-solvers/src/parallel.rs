@@ -18,42 +18,28 @@ pub fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
 }
 
 /// The result of every task; a single one runs on the calling thread.
-#[cfg(feature = "rayon")]
-pub fn map<T: Send, R: Send, C: FromIterator<R> + FromParallelIterator<R>>(
-    tasks: Vec<T>,
-    run: impl Fn(T) -> R + Send + Sync,
-) -> C {
-    if tasks.len() == 1 {
-        tasks.into_iter().map(run).collect()
-    } else {
-        tasks.into_par_iter().map(run).collect()
-    }
-}
-
-/// The result of every task.
-#[cfg(not(feature = "rayon"))]
 pub fn map<T: Send, R: Send, C: FromIterator<R>>(
     tasks: Vec<T>,
     run: impl Fn(T) -> R + Send + Sync,
 ) -> C {
+    #[cfg(feature = "rayon")]
+    if tasks.len() > 1 {
+        let results: Vec<R> = tasks.into_par_iter().map(run).collect();
+        return results.into_iter().collect();
+    }
     tasks.into_iter().map(run).collect()
 }
 
 /// The result for every index below `count`.
-#[cfg(feature = "rayon")]
-pub fn indexed<R: Send, C: FromIterator<R> + FromParallelIterator<R>>(
-    count: usize,
-    run: impl Fn(usize) -> R + Send + Sync,
-) -> C {
-    (0..count).into_par_iter().map(run).collect()
-}
-
-/// The result for every index below `count`.
-#[cfg(not(feature = "rayon"))]
 pub fn indexed<R: Send, C: FromIterator<R>>(
     count: usize,
     run: impl Fn(usize) -> R + Send + Sync,
 ) -> C {
+    #[cfg(feature = "rayon")]
+    if count > 1 {
+        let results: Vec<R> = (0..count).into_par_iter().map(run).collect();
+        return results.into_iter().collect();
+    }
     (0..count).map(run).collect()
 }
 
@@ -63,13 +49,9 @@ pub fn each<T: Send>(tasks: impl IntoIterator<Item = T>, run: impl Fn(T) + Send 
 }
 
 /// Threads that tasks are spread over.
-#[cfg(feature = "rayon")]
 pub fn threads() -> usize {
-    rayon::current_num_threads()
-}
-
-/// Threads that tasks are spread over.
-#[cfg(not(feature = "rayon"))]
-pub fn threads() -> usize {
+    #[cfg(feature = "rayon")]
+    return rayon::current_num_threads();
+    #[cfg(not(feature = "rayon"))]
     1
 }

@@ -17,6 +17,7 @@ use std::collections::HashSet;
 
 /// How damage moves in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum DamageUpdate {
     /// Alg. 3-5: one evaluation per particle, stable for small Δt/η.
     Explicit,

@@ -74,6 +74,7 @@ impl JointLimits {
 
 /// Why a joint cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum JointError {
     /// The axis has no forward direction across it.
     #[error("the hinge axis {0:?} points up; give one that points to the subject's left")]

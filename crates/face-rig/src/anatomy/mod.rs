@@ -3,7 +3,6 @@
 
 mod affine_map;
 mod bones;
-mod embed;
 mod fibers;
 mod hinge;
 mod joint;
@@ -11,7 +10,7 @@ mod locate;
 
 pub use affine_map::AffineMap;
 pub use bones::{Bone, Bones};
-pub use embed::EmbeddedPoint;
+pub use fem_assembly::mesh::EmbeddedPoint;
 pub use fibers::{FiberEntry, FiberError, FiberField, Muscle, Side};
 pub use hinge::{HingeError, JawHinge};
 pub use joint::{CondylarPath, JOINT_NAMES, JOINT_NUMBERS, JawJoint, JointError, JointLimits};

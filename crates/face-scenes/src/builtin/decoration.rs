@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 /// What a decoration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Ornament {
     /// An eyeball; its pattern coordinate is the unit vector from its center.
     Eyeball,

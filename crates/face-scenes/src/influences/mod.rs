@@ -30,6 +30,7 @@ pub struct Influence {
 
 /// What an influence does at its value c.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum InfluenceKind {
     /// c times these forces on nodes, newtons.
     Forces(Vec<(usize, [f64; 3])>),

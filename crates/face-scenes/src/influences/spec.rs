@@ -61,6 +61,7 @@ pub struct LabelsSpec {
 /// varies it; without one the factor is 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum LoadSpec {
     /// A force on nodes that keeps its direction.
     Force {
@@ -150,6 +151,7 @@ pub struct CavitySpec {
 /// What closes a cavity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum ClosureSpec {
     /// Each hole a fan of triangles through the nodes of its rim, around one on a bone if there is one.
     #[default]

@@ -16,6 +16,7 @@
 #[cfg(feature = "vtk")]
 mod array;
 pub mod atomic;
+mod embedded;
 mod error;
 #[cfg(feature = "vtk")]
 mod file;
@@ -33,6 +34,7 @@ mod vtk;
 
 #[cfg(feature = "vtk")]
 pub use array::{DataArray, Values};
+pub use embedded::EmbeddedPoint;
 pub use error::{Ids, MeshError};
 #[cfg(feature = "vtk")]
 pub use file::MeshFile;

@@ -63,6 +63,7 @@ impl<C: TensionCurve> TensionCurve for &C {
 
 /// One of the two built-in curves, chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum BuiltinCurve {
     /// [`PhysBam`]: continuous stiffness; the default.
     PhysBam(PhysBam),

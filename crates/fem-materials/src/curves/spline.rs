@@ -14,6 +14,7 @@ pub enum Ends {
 
 /// Why a table is no curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CurveError {
     /// Fewer than two rows.
     #[error("a tension curve needs at least 2 rows, this table has {rows}")]

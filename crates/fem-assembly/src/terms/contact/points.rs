@@ -2,16 +2,14 @@
 
 use super::geometry::{Aabb, Point, cross, nearest_on_triangle, norm, sub};
 use super::tree::BoxTree;
-use crate::mesh::SimplexMesh;
+use crate::mesh::{EmbeddedPoint, SimplexMesh};
 use std::collections::BTreeMap;
 
-/// A point carried by an element, with its share of the surface.
+/// A point of the flesh with its share of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// The element's nodes.
-    pub nodes: [usize; 4],
-    /// x = Σ wₖ x of node k; their sum is 1.
-    pub weights: [f64; 4],
+    /// Where it rides.
+    pub point: EmbeddedPoint,
     /// Area at rest that presses there, m².
     pub area: f64,
 }
@@ -19,11 +17,12 @@ pub struct ContactPoint {
 impl ContactPoint {
     /// Its place, meters.
     pub fn position(&self, positions: &[[f64; 3]]) -> [f64; 3] {
-        let at = |i: usize| {
-            let part = |k: usize| self.weights[k] * positions[self.nodes[k]][i];
-            (0..4).map(part).sum()
-        };
-        [at(0), at(1), at(2)]
+        self.point.position(positions)
+    }
+
+    /// The nodes of its element.
+    pub fn nodes(&self) -> [usize; 4] {
+        self.point.nodes.map(|n| n as usize)
     }
 
     /// Corners, edge middles and centers of faces of the boundary, with the shares 1/20, 2/15 and
@@ -65,39 +64,34 @@ impl ContactPoint {
                     0.0
                 }
             };
+            let weights = nodes.map(of);
             Self {
-                nodes: nodes.map(|n| n as usize),
-                weights: nodes.map(of),
+                point: EmbeddedPoint { nodes, weights },
                 area,
             }
         };
         shares.into_iter().map(point).collect()
     }
 
-    /// Given points on or near these faces (the nodes of their element and weights each): the area of each face is
-    /// shared by the points that are nearest to it, faces without any have points of their own.
+    /// Given points on or near these faces: the area of each face is shared by the points that are
+    /// nearest to it, faces without any have points of their own.
     pub fn carried(
         mesh: &SimplexMesh<3>,
         faces: &[[u32; 3]],
-        points: impl IntoIterator<Item = ([u32; 4], [f64; 4])>,
+        points: impl IntoIterator<Item = EmbeddedPoint>,
     ) -> Vec<Self> {
         let corners: Vec<[Point; 3]> = faces.iter().map(|f| f.map(|n| mesh.node(n))).collect();
         let boxes: Vec<Aabb> = corners.iter().map(|t| Aabb::around(*t)).collect();
         let tree = BoxTree::new(&boxes);
         let mut counts = vec![0_usize; faces.len()];
         let mut found = Vec::new();
-        for (nodes, weights) in points {
-            let nodes = nodes.map(|n| n as usize);
-            let mut point = Self {
-                nodes,
-                weights,
-                area: 0.0,
-            };
+        for point in points {
             let x = point.position(mesh.nodes());
             // Points lie on the surface but for what the mesh is coarser by.
-            let size = nodes
+            let size = point
+                .nodes
                 .iter()
-                .map(|&n| norm(sub(mesh.nodes()[n], x)))
+                .map(|&n| norm(sub(mesh.node(n), x)))
                 .fold(0.0, f64::max);
             let away = |&k: &u32| norm(sub(x, nearest_on_triangle(x, corners[k as usize])));
             let near = tree.near(&Aabb::around([x]).grown(size));
@@ -105,8 +99,8 @@ impl ContactPoint {
                 continue;
             };
             counts[face as usize] += 1;
-            point.area = area(mesh, &faces[face as usize]);
-            found.push((face, point));
+            let area = area(mesh, &faces[face as usize]);
+            found.push((face, Self { point, area }));
         }
         let shared = |(face, point): &(u32, Self)| Self {
             area: point.area / counts[*face as usize] as f64,

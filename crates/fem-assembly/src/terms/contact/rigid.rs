@@ -19,6 +19,7 @@ const MOST_ADVANCES: usize = 200;
 
 /// What flesh may not enter, in its place at rest.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum RigidSurface {
     /// A sphere, capsule, box or half-space.
     Implicit(ImplicitSurface<3>),
@@ -134,7 +135,7 @@ impl RigidContact {
             surface.check(UNIT_TOLERANCE).map_err(unusable)?;
         }
         let count = rest.len();
-        let mut named = points.iter().flat_map(|p| p.nodes);
+        let mut named = points.iter().flat_map(ContactPoint::nodes);
         if let Some(node) = named.find(|&n| n >= count) {
             return Err(AssemblyError::NoSuchNode { node, count });
         }
@@ -246,7 +247,7 @@ impl RigidContact {
     /// How much vertex k of a stencil moves its point against the bone.
     fn share(&self, s: usize, touch: &Pressed, k: usize) -> f64 {
         if k < 4 {
-            self.points[s].weights[k]
+            self.points[s].point.weights[k]
         } else {
             touch.bone[k - 4]
         }
@@ -255,7 +256,7 @@ impl RigidContact {
 
 impl Term<3> for RigidContact {
     fn stencils(&self) -> Stencils {
-        let own = self.points.iter().map(|p| p.nodes);
+        let own = self.points.iter().map(ContactPoint::nodes);
         match self.frame {
             None => Stencils::new(own),
             Some(frame) => Stencils::new(own.map(|[a, b, c, d]| {

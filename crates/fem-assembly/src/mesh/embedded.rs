@@ -1,4 +1,4 @@
-//! Points that ride on the mesh.
+//! Points that ride on a mesh.
 
 /// A point fixed to a tetrahedron by barycentric weights: x = Σ wₖ x_(node k). Weights sum to 1; a
 /// point a little outside the mesh has a negative one.
@@ -33,7 +33,7 @@ impl EmbeddedPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fem_assembly::mesh::kuhn_grid;
+    use crate::mesh::kuhn_grid;
 
     #[test]
     fn an_affine_motion_carries_the_point() {
