@@ -56,7 +56,7 @@ fn twist<M: Material<3> + 'static>(
     top: f64,
 ) -> Result<Outcome, SceneError> {
     let bar = twist_bar(2, 4, degrees, top)?;
-    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
+    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.prescribed)?;
     solve(&bar.mesh, dofs, material, bar.start)
 }
 
@@ -174,7 +174,7 @@ fn slivers<M: Material<3> + 'static>(material: M) -> Result<Outcome, SceneError>
 
 fn nan_start<M: Material<3> + 'static>(material: M) -> Result<Outcome, SceneError> {
     let bar = twist_bar(2, 4, 0.0, 4.4)?;
-    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
+    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.prescribed)?;
     let mut start = bar.start;
     start[40][1] = f64::NAN;
     solve(&bar.mesh, dofs, material, start)

@@ -96,7 +96,7 @@ pub fn measure(n: usize, tolerances: &[f64]) -> Result<Measured, SceneError> {
     };
     let begin = Instant::now();
     let bar = twist_bar(n, 4, 60.0, 4.4)?;
-    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
+    let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.prescribed)?;
     let unknowns = dofs.unknowns();
     let assembly = AssemblyBuilder::new(&bar.mesh, dofs)?
         .material(flesh)?

@@ -163,7 +163,7 @@ pub struct TwistBar {
     /// The mesh.
     pub mesh: SimplexMesh<3>,
     /// Nodes at z = 0 and at the top.
-    pub held: Vec<usize>,
+    pub prescribed: Vec<usize>,
     /// The start; prescribed nodes are where they shall be.
     pub start: Vec<[f64; 3]>,
 }
@@ -181,7 +181,7 @@ pub fn twist_bar(
     let tall = length as f64;
     let mesh = fem_assembly::mesh::kuhn_grid(n, n, length * n, [1.0, 1.0, tall])?;
     let nodes = mesh.nodes();
-    let held = (0..nodes.len())
+    let prescribed = (0..nodes.len())
         .filter(|&k| nodes[k][2] == 0.0 || nodes[k][2] == tall)
         .collect();
     let start = nodes
@@ -193,7 +193,11 @@ pub fn twist_bar(
             [0.5 + c * x - s * y, 0.5 + s * x + c * y, share * top_z]
         })
         .collect();
-    Ok(TwistBar { mesh, held, start })
+    Ok(TwistBar {
+        mesh,
+        prescribed,
+        start,
+    })
 }
 
 /// a2: the twisted bar.
@@ -211,7 +215,7 @@ pub fn a2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
         for (&node, &place) in case.fixed_top.iter().zip(&case.top_positions) {
             bar.start[node] = place;
         }
-        let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.held)?;
+        let dofs = Dofs::with_prescribed_nodes(bar.mesh.nodes(), &bar.prescribed)?;
         let builder = AssemblyBuilder::new(&bar.mesh, dofs)?;
         let assembly = material.add_to(builder, bar.mesh.num_elements())?.build()?;
         let problem = Quasistatic::new(&assembly, bar.start, vec![])?;

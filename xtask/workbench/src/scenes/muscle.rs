@@ -62,10 +62,10 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         if !extent.takes(index) {
             continue;
         }
-        let mut held = scene.clamped_left.clone();
+        let mut prescribed = scene.clamped_left.clone();
         let mut start = mesh.nodes().to_vec();
         if case.variant == "pulled" {
-            held.extend(&scene.right_face);
+            prescribed.extend(&scene.right_face);
             for p in &mut start {
                 p[0] *= 1.0 + scene.pull;
             }
@@ -78,8 +78,10 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
             optimal_stretch: case.curve.lambda_ofl,
         };
         let fibers: Vec<Fiber> = scene.muscle_tets.iter().map(fiber).collect();
-        let builder =
-            AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?;
+        let builder = AssemblyBuilder::new(
+            &mesh,
+            Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed)?,
+        )?;
         let law = case.curve.law(case.deviatoric.0)?;
         let assembly = flesh
             .add_to(builder, mesh.num_elements())?

@@ -35,7 +35,7 @@ struct Muscle {
 impl B0 {
     pub(super) fn rig(&self, stretch: FiberStretch) -> Result<Rig, SceneError> {
         let mesh = self.mesh.build()?;
-        let held: Vec<usize> = [&self.cranium_nodes[..], &self.jaw_nodes[..]].concat();
+        let prescribed: Vec<usize> = [&self.cranium_nodes[..], &self.jaw_nodes[..]].concat();
         let mut fibers = Vec::new();
         for (control, muscle) in self.muscles.iter().enumerate() {
             for (&element, &direction) in muscle.tets.iter().zip(&muscle.fibers) {
@@ -49,8 +49,10 @@ impl B0 {
             }
         }
         let flesh = NamedMaterial::flesh(&self.material);
-        let builder =
-            AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?;
+        let builder = AssemblyBuilder::new(
+            &mesh,
+            Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed)?,
+        )?;
         let law = self.curve.law(stretch.0)?;
         let assembly = flesh
             .add_to(builder, mesh.num_elements())?
