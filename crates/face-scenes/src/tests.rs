@@ -513,14 +513,10 @@ fn regions_and_fiber_settings() {
     let scene = files.load().expect("sound");
     assert_eq!(scene.regions[1].name, "stiff");
     assert_eq!(scene.region_of_tet[..4], [0, 0, 1, 0]);
-    assert_eq!(
-        (
-            scene.fibers.max_isometric_stress,
-            scene.fibers.optimal_stretch
-        ),
-        (3e5, 1.0)
-    );
-    assert_eq!(scene.fibers.stretch, FiberStretch::Isochoric);
+    let fibers = &scene.fibers;
+    assert_eq!(fibers.max_isometric_stress, 3e5);
+    assert_eq!(fibers.optimal_stretch, 1.0);
+    assert_eq!(fibers.stretch, FiberStretch::Isochoric);
     files.edit("scene.json", "\"label\": 2", "\"label\": 7");
     expect(
         &files.error("scene.json"),
