@@ -71,6 +71,10 @@ const FEM_WORDS: [&str; 9] = [
 /// Longest source file, lines.
 const LONGEST: usize = 600;
 
+/// Longest function, lines: it reads like the method that it is. A table of letters is none.
+const LONGEST_FUNCTION: usize = 75;
+const TABLES: [&str; 1] = ["crates/face-pictures/src/font.rs"];
+
 /// Everything that breaks an invariant, one sentence each.
 pub fn problems(root: &Path) -> Vec<String> {
     let mut found = Vec::new();
@@ -183,6 +187,13 @@ fn file(name: &str, text: &str, found: &mut Vec<String>) {
     if !in_library {
         return;
     }
+    if !TABLES.contains(&name) {
+        for (number, lines) in functions(library).filter(|f| f.1 > LONGEST_FUNCTION) {
+            found.push(format!(
+                "{name}:{number}: a function of {lines} lines, more than {LONGEST_FUNCTION}"
+            ));
+        }
+    }
     for (number, line) in library.lines().enumerate() {
         let code = line.trim_start();
         if code.starts_with("//") {
@@ -204,6 +215,12 @@ fn file(name: &str, text: &str, found: &mut Vec<String>) {
         if clock && !excepted.iter().any(|e| name.starts_with(e)) {
             found.push(format!("{}: reads a clock", at()));
         }
+        if has_word(code, "rayon")
+            && !code.starts_with("#[cfg(")
+            && name != "crates/fem-solvers/src/parallel.rs"
+        {
+            found.push(format!("{}: spreads tasks past `parallel`", at()));
+        }
         if name.starts_with("crates/fem-solvers/")
             && let Some(word) = FEM_WORDS.iter().find(|w| has_word(code, w))
         {
@@ -214,6 +231,28 @@ fn file(name: &str, text: &str, found: &mut Vec<String>) {
             found.push(format!("{}: registers a model by hand", at()));
         }
     }
+}
+
+/// The line, from 1, and the number of lines of every function with a body.
+fn functions(text: &str) -> impl Iterator<Item = (usize, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    (0..lines.len()).filter_map(move |start| {
+        let line = lines[start];
+        let indent = &line[..line.len() - line.trim_start().len()];
+        let mut words = line.split_whitespace().take_while(|w| !w.contains('='));
+        if line.trim_start().starts_with("//") || !words.any(|word| word == "fn") {
+            return None;
+        }
+        let rest = &lines[start..];
+        let head = rest.iter().position(|l| l.ends_with(['{', ';', '}']))?;
+        if !rest[head].ends_with('{') {
+            return None;
+        }
+        let end = rest
+            .iter()
+            .position(|l| l.strip_prefix(indent) == Some("}"))?;
+        Some((start + 1, end + 1))
+    })
 }
 
 /// Does `word` or its plural stand in the code, alone or as a part of a snake_case name?
@@ -252,6 +291,14 @@ mod tests {
                 "let t = std::time::Instant::now();",
             ),
             ("crates/fem-assembly/src/a.rs", "let x = y.unwrap();"),
+            ("crates/face-rig/src/a.rs", "use rayon::prelude::*;"),
+            (
+                "crates/face-rig/src/a.rs",
+                &format!(
+                    "    pub fn long(\n    ) {{\n{}    }}",
+                    "        x();\n".repeat(73)
+                ),
+            ),
             ("crates/fem-assembly/src/a.rs", "#![allow(unsafe_code)]"),
             ("crates/fem-materials/src/a.rs", "hooke::register(visitor);"),
             ("crates/face-rig/src/a.rs", concat!("to", "do!()")),
