@@ -23,9 +23,14 @@ pub(crate) const PARAMETERS: [Parameter; 8] = [
         "1.4",
         "stretch from which the passive curve is straight",
     ),
-    Parameter::pascals("max_isometric_stress", "3e5", "largest active tension").also(&["sigma_max"]),
-    Parameter::plain("optimal_stretch", "1.0", "stretch of the largest active tension")
-        .also(&["lambda_ofl"]),
+    Parameter::pascals("max_isometric_stress", "3e5", "largest active tension")
+        .also(&["sigma_max"]),
+    Parameter::plain(
+        "optimal_stretch",
+        "1.0",
+        "stretch of the largest active tension",
+    )
+    .also(&["lambda_ofl"]),
     Parameter::plain("alpha", "0.3", "activation, 0 to 1"),
     Parameter::plain(
         "a0",
