@@ -4,6 +4,7 @@ use crate::Failure;
 use crate::body::Body;
 use crate::row::Evidence;
 use fem_assembly::Quasistatic;
+use fem_assembly::mesh::SimplexMesh;
 use fem_kinematics::Mat;
 use fem_solvers::{
     BlockSymmetric, HessianProjection, NewtonInfo, NewtonParams, NonlinearProblem, StopReason,
@@ -53,37 +54,63 @@ fn gradient_of(x: [[f64; 3]; 4], gradients: &[[f64; 3]; 4]) -> Mat<f64, 3> {
     Mat::from_fn(|i, j| (0..4).map(|a| x[a][i] * gradients[a][j]).sum())
 }
 
-/// ∂E/∂x at every node (N): V P ∇Nₐ over the elements, last to first, with their shares of the
-/// pressures of patches of volume.
-pub fn forces(body: &Body, x: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, Failure> {
-    let mesh = body.mesh();
-    let corners = |e: usize, of: &[[f64; 3]]| mesh.tet(e).map(|n| of[n as usize]);
-    let mut sums = vec![[Exact::default(); 3]; x.len()];
-    let pressures = pressures(body, x);
-    for part in body.parts().iter().rev() {
-        let law = part.material.law()?;
-        for &e in part.elements.iter().rev() {
-            let (volume, of) = gradients(corners(e, mesh.nodes()));
-            let F = gradient_of(corners(e, x), &of);
-            let mut P = law(&F);
-            if let Some(pressures) = &pressures {
-                P = P + F.cofactor().scale(pressures[e]);
-            }
-            for (n, gradient) in mesh.tet(e).into_iter().zip(of) {
-                for i in 0..3 {
-                    for j in 0..3 {
-                        sums[n as usize][i].add(volume * P[(i, j)] * gradient[j]);
-                    }
+/// ∂E/∂x (N), V P ∇Nₐ summed element by element.
+pub struct Elements<'a> {
+    mesh: &'a SimplexMesh<3>,
+    x: &'a [[f64; 3]],
+    sums: Vec<[Exact; 3]>,
+}
+
+impl<'a> Elements<'a> {
+    /// Of a mesh whose nodes are at x.
+    pub fn new(mesh: &'a SimplexMesh<3>, x: &'a [[f64; 3]]) -> Self {
+        let sums = vec![[Exact::default(); 3]; x.len()];
+        Self { mesh, x, sums }
+    }
+
+    /// What an element adds with this P(F).
+    pub fn add(&mut self, element: usize, stress: impl Fn(&Mat<f64, 3>) -> Mat<f64, 3>) {
+        let nodes = self.mesh.tet(element);
+        let (volume, of) = gradients(nodes.map(|n| self.mesh.node(n)));
+        let F = gradient_of(nodes.map(|n| self.x[n as usize]), &of);
+        let P = stress(&F);
+        for (n, gradient) in nodes.into_iter().zip(of) {
+            for i in 0..3 {
+                for j in 0..3 {
+                    self.sums[n as usize][i].add(volume * P[(i, j)] * gradient[j]);
                 }
             }
         }
     }
-    if let Some(others) = body.forces_of_terms(x)? {
-        for (sum, force) in sums.iter_mut().zip(others) {
-            (0..3).for_each(|i| sum[i].add(force[i]));
+
+    /// The sums at every node.
+    pub fn sums(self) -> Vec<[f64; 3]> {
+        let value = |sums: [Exact; 3]| sums.map(Exact::value);
+        self.sums.into_iter().map(value).collect()
+    }
+}
+
+/// ∂E/∂x of a body at every node, N: its elements, last to first, with their shares of the pressures
+/// of patches of volume, and its other terms.
+pub fn forces(body: &Body, x: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, Failure> {
+    let pressures = pressures(body, x);
+    let mut elements = Elements::new(body.mesh(), x);
+    for part in body.parts().iter().rev() {
+        let law = part.material.law()?;
+        for &e in part.elements.iter().rev() {
+            elements.add(e, |F| match &pressures {
+                Some(pressures) => law(F) + F.cofactor().scale(pressures[e]),
+                None => law(F),
+            });
         }
     }
-    Ok(sums.into_iter().map(|s| s.map(Exact::value)).collect())
+    let mut sums = elements.sums();
+    if let Some(others) = body.forces_of_terms(x)? {
+        for (sum, force) in sums.iter_mut().zip(others) {
+            (0..3).for_each(|i| sum[i] += force[i]);
+        }
+    }
+    Ok(sums)
 }
 
 /// Σ κ (J̄ − 1) over the patches of each element, Pa.
@@ -116,10 +143,43 @@ pub fn kept(
     params: &NewtonParams,
     info: &NewtonInfo,
 ) -> Evidence {
+    let floor = rounding(problem, x);
+    let promised = |i: usize, share: f64| match info.stop {
+        StopReason::Gradient => params.gradient_tolerance,
+        StopReason::RelativeGradient => share,
+        StopReason::Rounding => share.max(floor[i]),
+        // A step tolerance promises no force.
+        _ => f64::NAN,
+    };
+    Evidence {
+        steps: info.iterations,
+        ..worst(problem, x, everywhere, params, &floor, promised)
+    }
+}
+
+/// The same where nobody says which test was met: the weakest promise.
+pub fn kept_to_rounding(
+    problem: &Quasistatic<'_, 3>,
+    x: &[f64],
+    everywhere: &[[f64; 3]],
+    params: &NewtonParams,
+) -> Evidence {
+    let floor = rounding(problem, x);
+    let promised = |i: usize, share: f64| share.max(floor[i]);
+    worst(problem, x, everywhere, params, &floor, promised)
+}
+
+fn worst(
+    problem: &Quasistatic<'_, 3>,
+    x: &[f64],
+    everywhere: &[[f64; 3]],
+    params: &NewtonParams,
+    floor: &[f64],
+    promised: impl Fn(usize, f64) -> f64,
+) -> Evidence {
     let dofs = problem.assembly().dofs();
     let left = dofs.gather(everywhere);
     let scales = problem.gradient_scales(x);
-    let floor = rounding(problem, x);
     let mut worst = Evidence::default();
     for (i, force) in left.iter().enumerate() {
         let node = dofs.node_of_row()[i / 3] as usize;
@@ -129,24 +189,14 @@ pub fn kept(
         let scale = params.reference.or_else(|| Some(scales.as_ref()?[i]));
         let share = params.relative_gradient_tolerance * scale.unwrap_or(0.0);
         let share = params.gradient_tolerance.max(share);
-        let promised = match info.stop {
-            StopReason::Gradient => params.gradient_tolerance,
-            StopReason::RelativeGradient => share,
-            StopReason::Rounding => share.max(floor[i]),
-            // A step tolerance promises no force.
-            _ => f64::NAN,
-        };
         worst = worst.and(Evidence {
             left: force.abs(),
             // Another order of the sums has another rounding.
-            allowed: promised + floor[i],
+            allowed: promised(i, share) + floor[i],
             ..Evidence::default()
         });
     }
-    Evidence {
-        steps: info.iterations,
-        ..worst
-    }
+    worst
 }
 
 /// 4 ε times Σⱼ |Kᵢⱼ| |xⱼ|, and what the problem says of its own sums, whichever is larger (N).

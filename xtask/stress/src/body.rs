@@ -111,10 +111,6 @@ impl Body {
     pub fn mesh(&self) -> &SimplexMesh<3> {
         &self.mesh
     }
-    /// The nodes that are held.
-    pub fn held(&self) -> &[usize] {
-        &self.held
-    }
     /// What it is made of.
     pub fn parts(&self) -> &[Part] {
         &self.parts

@@ -18,6 +18,17 @@ pub struct Failure {
 }
 
 impl Failure {
+    /// Of a row that needs what is not here.
+    pub const SKIPPED: &'static str = "skipped";
+
+    /// What is not here.
+    pub fn skipped(message: impl Into<String>) -> Self {
+        Self {
+            kind: Self::SKIPPED.to_owned(),
+            message: message.into(),
+        }
+    }
+
     /// An error of an enumeration: its variant is what `Debug` begins with.
     pub fn of(kind: &str, error: &(impl Debug + Display)) -> Self {
         Self {

@@ -4,8 +4,10 @@
 
 mod balance;
 mod body;
+mod face;
 mod failure;
 mod law;
+mod program;
 mod row;
 pub mod rows;
 mod runner;

@@ -93,6 +93,8 @@ pub enum Verdict {
     Passed,
     /// It did not: why.
     Failed(String),
+    /// What it needs is not here: what.
+    Skipped(String),
 }
 
 /// What a row runs.
@@ -146,6 +148,9 @@ impl Row {
     pub fn judge(&self, result: &Result<Evidence, Failure>) -> Verdict {
         let failed = |reason: String| Verdict::Failed(reason);
         match (self.expected, result) {
+            (_, Err(failure)) if failure.kind == Failure::SKIPPED => {
+                Verdict::Skipped(failure.message.clone())
+            }
             (Expected::Answer | Expected::Property, Ok(evidence)) => {
                 if evidence.left <= evidence.allowed {
                     Verdict::Passed

@@ -27,7 +27,7 @@ fn numbers(record: &Record) -> [String; 3] {
 
 fn note(record: &Record) -> String {
     match (&record.verdict, &record.result) {
-        (Verdict::Failed(reason), _) => reason.clone(),
+        (Verdict::Failed(reason) | Verdict::Skipped(reason), _) => reason.clone(),
         (_, Ok(evidence)) => evidence.note.clone(),
         (_, Err(failure)) => failure.message.clone(),
     }
@@ -50,6 +50,7 @@ pub fn line(record: &Record, style: Style) {
     let verdict = match record.verdict {
         Verdict::Passed => style.green("ok    "),
         Verdict::Failed(_) => style.red("FAILED"),
+        Verdict::Skipped(_) => "skip  ".to_owned(),
     };
     let [steps, left, allowed] = numbers(record);
     let name = &record.name;
@@ -63,12 +64,16 @@ pub fn line(record: &Record, style: Style) {
 
 /// The last line; true if nothing failed.
 pub fn summary(records: &[Record], settings: &Settings) -> bool {
-    let failed = |r: &&Record| r.verdict != Verdict::Passed;
+    let failed = |r: &&Record| matches!(r.verdict, Verdict::Failed(_));
+    let skipped = records
+        .iter()
+        .filter(|r| matches!(r.verdict, Verdict::Skipped(_)))
+        .count();
     let count = |f: fn(Expected) -> bool| records.iter().filter(|r| f(r.expected)).count();
     let seconds: f64 = records.iter().map(|r| r.seconds).sum();
     let bad = records.iter().filter(failed).count();
     eprintln!(
-        "{} rows ({} answers, {} properties, {} errors by name), {bad} FAILED, {seconds:.0} s, seed {:#x}",
+        "{} rows ({} answers, {} properties, {} errors by name), {skipped} skipped, {bad} FAILED, {seconds:.0} s, seed {:#x}",
         records.len(),
         count(|e| e == Expected::Answer),
         count(|e| e == Expected::Property),
@@ -96,6 +101,7 @@ pub fn markdown(records: &[Record]) -> String {
         let verdict = match record.verdict {
             Verdict::Passed => "ok",
             Verdict::Failed(_) => "**FAILED**",
+            Verdict::Skipped(_) => "not here",
         };
         text += &format!(
             "| `{}` | {} | {} | {steps} | {:.1} | {left} | {allowed} | {verdict} |\n",
@@ -118,6 +124,7 @@ pub fn csv(records: &[Record], path: &Path) -> Result<(), csv::Error> {
         let verdict = match record.verdict {
             Verdict::Passed => "ok",
             Verdict::Failed(_) => "FAILED",
+            Verdict::Skipped(_) => "skipped",
         };
         let [steps, left, allowed] = numbers(record);
         writer.write_record([

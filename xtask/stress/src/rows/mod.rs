@@ -1,8 +1,13 @@
 //! The rows, a family in each file.
 
-mod input;
+mod contact;
+mod faces;
+mod files;
 mod loads;
 mod materials;
+mod meshes;
+mod numbers;
+mod programs;
 mod scales;
 mod starts;
 
@@ -15,7 +20,12 @@ pub fn all() -> Vec<Row> {
         starts::rows(),
         loads::rows(),
         scales::rows(),
-        input::rows(),
+        faces::rows(),
+        contact::rows(),
+        meshes::rows(),
+        numbers::rows(),
+        files::rows(),
+        programs::rows(),
     ]
     .into_iter()
     .flatten()
