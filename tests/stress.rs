@@ -28,7 +28,8 @@ fn every_quick_row_gives_what_it_says() {
 fn a_solver_that_stops_after_a_step_turns_the_answers_red() {
     let records = quick(Some(1));
     let answers = records.iter().filter(|r| r.expected == Expected::Answer);
-    let (red, green): (Vec<_>, Vec<_>) = answers.partition(|r| matches!(r.verdict, Verdict::Failed(_)));
+    let (red, green): (Vec<_>, Vec<_>) =
+        answers.partition(|r| matches!(r.verdict, Verdict::Failed(_)));
     let names: Vec<&String> = green.iter().map(|r| &r.name).collect();
     assert!(red.len() >= 9 * green.len(), "still green: {names:?}");
 }

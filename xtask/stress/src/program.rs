@@ -33,7 +33,8 @@ fn build() -> Result<PathBuf, String> {
         let is_it = m["target"]["name"] == "face-rig";
         Some(PathBuf::from(m["executable"].as_str().filter(|_| is_it)?))
     };
-    let program = messages.filter_map(executable).last();
+    let mut programs = messages.filter_map(executable);
+    let program = programs.next_back();
     program.ok_or_else(|| "the program face-rig cannot be built".to_owned())
 }
 
