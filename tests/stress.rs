@@ -11,7 +11,8 @@ fn quick(newton_limit: Option<usize>) -> Vec<Record> {
         newton_limit,
     };
     let all = rows::all();
-    let quick = all.iter().filter(|row| row.quick);
+    // Without optimization faces take a minute; the tests of the rig and the program solve some.
+    let quick = all.iter().filter(|row| row.quick && row.family != "faces");
     run_rows(quick, &settings, &mut |_| {}, &mut |_| {})
 }
 

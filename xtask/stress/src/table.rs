@@ -58,7 +58,7 @@ pub fn line(record: &Record, style: Style) {
     let seconds = record.seconds;
     println!(
         "  {verdict} {name:<44} {expected:<32} {steps:>5} {seconds:>7.2} s  {left:>8} {allowed:>8}  {}",
-        note(record)
+        note(record).lines().next().unwrap_or_default()
     );
 }
 

@@ -11,9 +11,6 @@ use std::path::Path;
 const WALK: f64 = 1.0 / 256.0;
 const AT_ONCE: f64 = 1.0;
 
-/// Those that builds without optimization have time for.
-const QUICK: [&str; 2] = ["muscles-all-1-at-once", "jaw-25"];
-
 /// The rows.
 pub fn rows() -> Vec<Row> {
     let answer = Expected::Answer;
@@ -68,9 +65,6 @@ pub fn rows() -> Vec<Row> {
             twins,
         ),
     ];
-    for row in &mut rows {
-        row.quick = QUICK.contains(&row.name.as_str());
-    }
     let heads = [
         ("coarse", 0.0, -10.0),
         ("coarse", 0.0, 25.33),
