@@ -2,7 +2,7 @@
 //! what the tests that cross crates share with it.
 #![allow(non_snake_case)]
 
-pub mod stress;
 pub mod verify;
 
+pub use stress;
 pub use workbench::{bench, numbers, report, scenes, shared};

@@ -24,8 +24,8 @@ enum Command {
         #[command(subcommand)]
         bench: verification::bench::Bench,
     },
-    /// Inversion, collapse, slivers, huge steps, NaN: a right answer or a clear error
-    Stress,
+    /// Bodies, faces, files and programs at the edge: a table with a verdict for each row
+    Stress(stress::Options),
 }
 
 /// 0: everything holds; 1: something does not; 2: it could not be carried through.
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Verify(options) => verification::verify::run(&options).map_err(|e| e.to_string()),
         Command::Bench { bench } => verification::bench::run(&bench).map_err(|e| e.to_string()),
-        Command::Stress => Ok(verification::stress::run()),
+        Command::Stress(options) => stress::run(&options),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

@@ -1,0 +1,224 @@
+//! The forces of a body by plain loops, and what a solve promised of them.
+
+use crate::Failure;
+use crate::body::Body;
+use crate::row::Evidence;
+use fem_assembly::Quasistatic;
+use fem_assembly::mesh::SimplexMesh;
+use fem_kinematics::Mat;
+use fem_solvers::{
+    BlockSymmetric, HessianProjection, NewtonInfo, NewtonParams, NonlinearProblem, StopReason,
+};
+
+/// A sum that keeps what its additions lose (Neumaier 1974).
+#[derive(Clone, Copy, Default)]
+struct Exact {
+    sum: f64,
+    lost: f64,
+}
+
+impl Exact {
+    fn add(&mut self, x: f64) {
+        let sum = self.sum + x;
+        self.lost += if self.sum.abs() >= x.abs() {
+            (self.sum - sum) + x
+        } else {
+            (x - sum) + self.sum
+        };
+        self.sum = sum;
+    }
+    fn value(self) -> f64 {
+        self.sum + self.lost
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    let [a0, a1, a2] = a;
+    let [b0, b1, b2] = b;
+    [a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0]
+}
+
+/// Volume and ∇N of the corners of a tetrahedron at rest.
+fn gradients(corners: [[f64; 3]; 4]) -> (f64, [[f64; 3]; 4]) {
+    let [e1, e2, e3] = [1, 2, 3]
+        .map(|a: usize| -> [f64; 3] { std::array::from_fn(|i| corners[a][i] - corners[0][i]) });
+    let normals = [cross(e2, e3), cross(e3, e1), cross(e1, e2)];
+    let det: f64 = (0..3).map(|i| e1[i] * normals[0][i]).sum();
+    let of = normals.map(|n| n.map(|c| c / det));
+    let first = std::array::from_fn(|i| -(of[0][i] + of[1][i] + of[2][i]));
+    (det / 6.0, [first, of[0], of[1], of[2]])
+}
+
+/// F = Σ xₐ ⊗ ∇Nₐ.
+fn gradient_of(x: [[f64; 3]; 4], gradients: &[[f64; 3]; 4]) -> Mat<f64, 3> {
+    Mat::from_fn(|i, j| (0..4).map(|a| x[a][i] * gradients[a][j]).sum())
+}
+
+/// ∂E/∂x (N), V P ∇Nₐ summed element by element.
+pub struct Elements<'a> {
+    mesh: &'a SimplexMesh<3>,
+    x: &'a [[f64; 3]],
+    sums: Vec<[Exact; 3]>,
+}
+
+impl<'a> Elements<'a> {
+    /// Of a mesh whose nodes are at x.
+    pub fn new(mesh: &'a SimplexMesh<3>, x: &'a [[f64; 3]]) -> Self {
+        let sums = vec![[Exact::default(); 3]; x.len()];
+        Self { mesh, x, sums }
+    }
+
+    /// What an element adds with this P(F).
+    pub fn add(&mut self, element: usize, stress: impl Fn(&Mat<f64, 3>) -> Mat<f64, 3>) {
+        let nodes = self.mesh.tet(element);
+        let (volume, of) = gradients(nodes.map(|n| self.mesh.node(n)));
+        let F = gradient_of(nodes.map(|n| self.x[n as usize]), &of);
+        let P = stress(&F);
+        for (n, gradient) in nodes.into_iter().zip(of) {
+            for i in 0..3 {
+                for j in 0..3 {
+                    self.sums[n as usize][i].add(volume * P[(i, j)] * gradient[j]);
+                }
+            }
+        }
+    }
+
+    /// The sums at every node.
+    pub fn sums(self) -> Vec<[f64; 3]> {
+        let value = |sums: [Exact; 3]| sums.map(Exact::value);
+        self.sums.into_iter().map(value).collect()
+    }
+}
+
+/// ∂E/∂x of a body at every node, N: its elements, last to first, with their shares of the pressures
+/// of patches of volume, and its other terms.
+pub fn forces(body: &Body, x: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, Failure> {
+    let pressures = pressures(body, x);
+    let mut elements = Elements::new(body.mesh(), x);
+    for part in body.parts().iter().rev() {
+        let law = part.material.law()?;
+        for &e in part.elements.iter().rev() {
+            elements.add(e, |F| match &pressures {
+                Some(pressures) => law(F) + F.cofactor().scale(pressures[e]),
+                None => law(F),
+            });
+        }
+    }
+    let mut sums = elements.sums();
+    if let Some(others) = body.forces_of_terms(x)? {
+        for (sum, force) in sums.iter_mut().zip(others) {
+            (0..3).for_each(|i| sum[i] += force[i]);
+        }
+    }
+    Ok(sums)
+}
+
+/// Σ κ (J̄ − 1) over the patches of each element, Pa.
+fn pressures(body: &Body, x: &[[f64; 3]]) -> Option<Vec<f64>> {
+    let (patches, bulk) = body.patches()?;
+    let mesh = body.mesh();
+    let mut of_element = vec![0.0; mesh.num_elements()];
+    for patch in patches.lists() {
+        let (mut rest, mut now, mut stiffness) = (0.0, 0.0, 0.0);
+        for &(e, share) in patch {
+            let (volume, of) = gradients(mesh.tet(e).map(|n| mesh.node(n)));
+            let F = gradient_of(mesh.tet(e).map(|n| x[n as usize]), &of);
+            rest += share * volume;
+            now += share * volume * F.determinant();
+            stiffness += share * volume * bulk[e];
+        }
+        for &(e, share) in patch {
+            of_element[e] += share * (stiffness / rest) * (now / rest - 1.0);
+        }
+    }
+    Some(of_element)
+}
+
+/// Compares the forces that are left at the free unknowns with what [`NewtonInfo::stop`] says of them,
+/// and gives the worst.
+pub fn kept(
+    problem: &Quasistatic<'_, 3>,
+    x: &[f64],
+    everywhere: &[[f64; 3]],
+    params: &NewtonParams,
+    info: &NewtonInfo,
+) -> Evidence {
+    let floor = rounding(problem, x);
+    let promised = |i: usize, share: f64| match info.stop {
+        StopReason::Gradient => params.gradient_tolerance,
+        StopReason::RelativeGradient => share,
+        StopReason::Rounding => share.max(floor[i]),
+        // A step tolerance promises no force.
+        _ => f64::NAN,
+    };
+    Evidence {
+        steps: info.iterations,
+        ..worst(problem, x, everywhere, params, &floor, promised)
+    }
+}
+
+/// The same where nobody says which test was met: the weakest promise.
+pub fn kept_to_rounding(
+    problem: &Quasistatic<'_, 3>,
+    x: &[f64],
+    everywhere: &[[f64; 3]],
+    params: &NewtonParams,
+) -> Evidence {
+    let floor = rounding(problem, x);
+    let promised = |i: usize, share: f64| share.max(floor[i]);
+    worst(problem, x, everywhere, params, &floor, promised)
+}
+
+fn worst(
+    problem: &Quasistatic<'_, 3>,
+    x: &[f64],
+    everywhere: &[[f64; 3]],
+    params: &NewtonParams,
+    floor: &[f64],
+    promised: impl Fn(usize, f64) -> f64,
+) -> Evidence {
+    let dofs = problem.assembly().dofs();
+    let left = dofs.gather(everywhere);
+    let scales = problem.gradient_scales(x);
+    let mut worst = Evidence::default();
+    for (i, force) in left.iter().enumerate() {
+        let node = dofs.node_of_row()[i / 3] as usize;
+        if dofs.is_prescribed(node, i % 3) {
+            continue;
+        }
+        let scale = params.reference.or_else(|| Some(scales.as_ref()?[i]));
+        let share = params.relative_gradient_tolerance * scale.unwrap_or(0.0);
+        let share = params.gradient_tolerance.max(share);
+        worst = worst.and(Evidence {
+            left: force.abs(),
+            // Another order of the sums has another rounding.
+            allowed: promised(i, share) + floor[i],
+            ..Evidence::default()
+        });
+    }
+    worst
+}
+
+/// 4 ε times Σⱼ |Kᵢⱼ| |xⱼ|, and what the problem says of its own sums, whichever is larger (N).
+fn rounding(problem: &Quasistatic<'_, 3>, x: &[f64]) -> Vec<f64> {
+    let pattern = problem.assembly().pattern();
+    let mut matrix = BlockSymmetric::<3>::zeros(pattern.clone());
+    problem.hessian(x, HessianProjection::None, &mut matrix);
+    let mut sums = vec![0.0; x.len()];
+    for row in 0..pattern.blocks() {
+        for (k, &column) in (pattern.row_start()[row]..).zip(pattern.row(row)) {
+            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                let (r, c) = (3 * row + i, 3 * column as usize + j);
+                let entry = matrix.values()[k][i][j].abs();
+                sums[r] += entry * x[c].abs();
+                if row != column as usize {
+                    sums[c] += entry * x[r].abs();
+                }
+            }
+        }
+    }
+    let own = problem.gradient_rounding(x);
+    let own = own.unwrap_or_else(|| vec![0.0; x.len()]);
+    let floor = |(own, sum): (f64, f64)| own.max(4.0 * f64::EPSILON * sum);
+    own.into_iter().zip(sums).map(floor).collect()
+}

@@ -1,0 +1,146 @@
+//! Faces that are posed, and their forces summed outside the rig.
+
+use crate::Failure;
+use crate::balance::{self, Elements};
+use crate::law::{Law, Named};
+use crate::row::{Evidence, Settings};
+use face_rig::anatomy::FiberEntry;
+use face_rig::rig::{Parameters, Rig, RigParams};
+use face_scenes::{FiberCurve, FiberStretch, Inversion, Scene};
+use fem_assembly::Quasistatic;
+use fem_kinematics::Mat;
+use fem_materials::inversion::VolumeBarrier;
+use fem_materials::{Material, Outlined};
+
+/// Below this share of its volume an element of a scene is barred from turning inside out.
+const BARRED_BELOW: f64 = 0.2;
+
+/// A rig whose solves take at most so many steps.
+pub fn rig(scene: &Scene, smallest_step: f64, settings: &Settings) -> Result<Rig, Failure> {
+    let mut params = RigParams {
+        smallest_step,
+        ..RigParams::default()
+    };
+    let own = params.newton.max_iterations;
+    params.newton.max_iterations = settings.newton(own).max_iterations;
+    Ok(scene.rig(params)?)
+}
+
+/// A pose by activations and the opening of the jaw, degrees.
+pub fn pose(scene: &Scene, activations: f64, degrees: f64) -> Parameters {
+    let mut pose = scene.rest_pose();
+    pose.activations.fill(activations);
+    pose.jaw = scene.joint.motion([degrees.to_radians(), 0.0, 0.0, 0.0]).0;
+    pose
+}
+
+/// Solves a pose, and trusts nothing.
+pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence, Failure> {
+    rig.solve(pose)?;
+    let z = rig.solved().in_cranium_frame.clone();
+    if !z.as_flattened().iter().all(|c| c.is_finite()) {
+        return Err(Failure::lie("a pose that is not finite"));
+    }
+    let controls = rig.energy_controls(pose);
+    let at = rig.assembly().configuration(&z, &controls)?;
+    if !rig.assembly().energy(at).is_finite() {
+        return Err(Failure::lie("a pose whose energy is not finite"));
+    }
+    let forces = forces(scene, &z, &pose.activations)?;
+    let problem = Quasistatic::new(rig.assembly(), z.clone(), controls)?;
+    let left = balance::kept_to_rounding(
+        &problem,
+        &problem.unknowns(),
+        &forces,
+        &RigParams::default().newton,
+    );
+    let work = rig.work();
+    let ratios = rig.assembly().volume_ratios(&z);
+    let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    Ok(Evidence {
+        steps: work.newton_steps,
+        note: format!(
+            "{} equilibria, {} factorizations, smallest det F {smallest:.3}",
+            work.equilibria, work.factorizations
+        ),
+        ..left
+    })
+}
+
+/// ∂E/∂x of flesh, barrier and fibers at every node, N; contacts, loads and patches are not in it.
+fn forces(scene: &Scene, x: &[[f64; 3]], activations: &[f64]) -> Result<Vec<[f64; 3]>, Failure> {
+    let mut elements = Elements::new(&scene.mesh, x);
+    let of_node = scene.bones.of_node();
+    let is_free = |n: u32| of_node[n as usize] == face_rig::anatomy::Bone::Free;
+    for (r, region) in scene.regions.iter().enumerate().rev() {
+        let material = Named {
+            model: region.material.model.clone(),
+            parameters: region.material.parameters.clone(),
+        };
+        let law = material.law()?;
+        let mu = region.material.at_rest()?.mu;
+        let barred = scene.inversion == Inversion::Barred && mu > 0.0;
+        let barrier = VolumeBarrier::new(BARRED_BELOW, mu.max(1.0));
+        let barrier = Outlined(barrier.map_err(|e| Failure::trial(&e))?);
+        for e in (0..scene.mesh.num_elements()).rev() {
+            if scene.region_of_tet[e] as usize != r {
+                continue;
+            }
+            let held_back = barred && scene.mesh.tet(e).into_iter().any(is_free);
+            elements.add(e, |F: &Mat<f64, 3>| {
+                let P = law(F);
+                if held_back { P + barrier.stress(F) } else { P }
+            });
+        }
+    }
+    for fiber in scene.fiber_field.entries().iter().rev() {
+        let alpha = activations[fiber.muscle as usize];
+        let tension = |alpha: f64| law_of(scene, fiber, alpha);
+        let tet = fiber.tet as usize;
+        if alpha >= 0.0 {
+            let law = tension(alpha)?;
+            elements.add(tet, |F| law(F));
+        } else {
+            // No model takes it, but the stress is affine in it.
+            let (none, all) = (tension(0.0)?, tension(1.0)?);
+            elements.add(tet, |F| none(F) + (all(F) - none(F)).scale(alpha));
+        }
+    }
+    Ok(elements.sums())
+}
+
+/// A fiber of this activation as a model of its own.
+fn law_of(scene: &Scene, fiber: &FiberEntry, alpha: f64) -> Result<Law, Failure> {
+    let fibers = &scene.fibers;
+    let curve = match fibers.curve {
+        FiberCurve::Physbam => "physbam",
+        FiberCurve::Blemker => "blemker",
+        FiberCurve::Table { .. } => {
+            return Err(Failure::trial(&"a curve from a table has no name"));
+        }
+    };
+    let model = match fibers.stretch {
+        FiberStretch::Total => "fiber_total",
+        FiberStretch::Isochoric => "fiber_isochoric",
+    };
+    let [a, b, c] = fiber.direction;
+    let own = [
+        ("curve", curve.to_owned()),
+        ("sigma_max", (fibers.sigma_max * fiber.weight).to_string()),
+        ("lambda_ofl", fibers.lambda_ofl.to_string()),
+        ("alpha", alpha.to_string()),
+        ("a0", format!("{a} {b} {c}")),
+    ];
+    let named = Named::of_defaults(model).map(|m| m.parameters);
+    let defaults = named.unwrap_or_default();
+    let kept = defaults
+        .iter()
+        .map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let own = own.into_iter().map(|(name, text)| (name.to_owned(), text));
+    let named = Named {
+        model: model.to_owned(),
+        // The last of one name counts.
+        parameters: kept.chain(own).collect(),
+    };
+    Ok(named.law()?)
+}
