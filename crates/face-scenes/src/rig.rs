@@ -1,6 +1,7 @@
 //! From a scene to a rig that can be posed.
 
 use super::defect::FleshDefect;
+use super::format::Inversion;
 use super::{Scene, SceneError};
 use face_rig::fit::JawModel;
 use face_rig::rig::{EmbeddedPoints, Rig, RigError, RigParams};
@@ -28,6 +29,10 @@ impl Scene {
             return Err(SceneError::invalid(&self.path, "face.files.bones", defect).into());
         }
         let jaw: Vec<usize> = self.bones.jaw.iter().map(|&n| n as usize).collect();
+        let params = RigParams {
+            refuses_inverted: params.refuses_inverted || self.inversion == Inversion::Barred,
+            ..params
+        };
         let rig = Rig::new(self.assembly()?, &jaw, params)?;
         Ok(rig.with_controls(self.controls())?)
     }

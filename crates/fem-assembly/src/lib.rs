@@ -41,6 +41,7 @@ mod free_parts;
 pub mod mesh;
 mod patches;
 mod plan;
+mod predictor;
 mod quasistatic;
 mod renewal;
 mod renewing;

@@ -27,6 +27,8 @@ pub struct RenewedSolution<const D: usize> {
     pub info: Option<NewtonInfo>,
     /// Newton steps of all parts.
     pub iterations: usize,
+    /// Numeric factorizations of all parts.
+    pub factorizations: usize,
     /// How often stencils changed.
     pub renewals: usize,
     /// How often the solver had to be made again for a new pattern.
@@ -88,6 +90,7 @@ pub fn solve_renewing<const D: usize>(
         positions: start,
         info: None,
         iterations: 0,
+        factorizations: 0,
         renewals: 0,
         analyses: 0,
     };
@@ -146,10 +149,9 @@ fn part<const D: usize>(
         start: &start,
         due: Cell::new(false),
     };
-    let (mut first, mut last) = (None, 0);
+    let mut first = None;
     let solved = newton.solve_observed(&covered, &mut x, params, &mut |step: &NewtonIteration| {
         first.get_or_insert(step.gradient_norm);
-        last = step.iteration;
     });
     done.positions = covered.problem.positions(&x);
     // What the first part measured its gradient against holds for all.
@@ -159,18 +161,21 @@ fn part<const D: usize>(
     match solved {
         Ok(info) => {
             done.iterations += info.iterations;
+            done.factorizations += info.factorizations;
             done.info = Some(info);
             Ok(true)
         }
-        Err(error) => {
-            done.iterations += last;
+        Err(mut error) => {
+            done.iterations += error.iteration;
+            done.factorizations += error.factorizations;
             let refused = matches!(error.reason, NewtonFailure::LineSearchFailed { .. });
             if refused && covered.due.get() {
                 return Ok(false);
             }
-            let iteration = done.iterations;
+            error.iteration = done.iterations;
+            error.factorizations = done.factorizations;
             Err(RenewingError::Newton {
-                source: NewtonError { iteration, ..error },
+                source: error,
                 last: std::mem::take(&mut done.positions),
             })
         }

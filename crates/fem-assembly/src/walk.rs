@@ -3,6 +3,7 @@
 use crate::assembly::Assembly;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::predictor::predicted;
 use crate::renewing::{RenewedSolution, RenewingError, solve_renewing};
 use fem_solvers::{
     ContinuationError, ContinuationInfo, ContinuationParams, Newton, NewtonParams, Path,
@@ -57,7 +58,8 @@ pub enum WalkError<const D: usize> {
 /// Moves the prescribed coordinates from where they are in `from` to where they are in `to` (the free
 /// ones of `to` are not read), and finds the equilibrium there.
 ///
-/// The whole way is tried first, with the free nodes where they are. Where that leaves the domain of a
+/// The whole way is tried first, with the free nodes moved along the tangent where that lowers the
+/// energy, so that the number of Newton steps does not grow with the mesh (docs/solvers.md). Where that leaves the domain of a
 /// material, as when a face is pushed in by more than the first layer of elements, or Newton's method
 /// fails, half of it is tried, and so on, down to `walk.smallest_step`; each equilibrium is the start of
 /// the next. `from` must be in the domain of every term, and `newton` made for this assembly.
@@ -121,7 +123,7 @@ pub fn solve_walking<const D: usize>(
             ..
         }) => {
             let mut next = state.clone();
-            way.predict(&mut next, reached, reached + step);
+            way.place(&mut next, reached + step);
             let at = Configuration::trusted(&next, controls);
             Err(WalkError::Stuck {
                 percent: 100.0 * reached,
@@ -158,11 +160,9 @@ struct Way<'a, 'n, const D: usize> {
     iterations: usize,
 }
 
-impl<const D: usize> Path for Way<'_, '_, D> {
-    type State = Vec<[f64; D]>;
-    type Error = RenewingError<D>;
-
-    fn predict(&mut self, state: &mut Vec<[f64; D]>, _: f64, to: f64) {
+impl<const D: usize> Way<'_, '_, D> {
+    /// Prescribed coordinates at their place.
+    fn place(&self, state: &mut [[f64; D]], to: f64) {
         for (node, x) in state.iter_mut().enumerate() {
             for axis in 0..D {
                 if self.assembly.dofs().is_prescribed(node, axis) {
@@ -171,6 +171,20 @@ impl<const D: usize> Path for Way<'_, '_, D> {
                 }
             }
         }
+    }
+}
+
+impl<const D: usize> Path for Way<'_, '_, D> {
+    type State = Vec<[f64; D]>;
+    type Error = RenewingError<D>;
+
+    fn predict(&mut self, state: &mut Vec<[f64; D]>, _: f64, to: f64) {
+        let mut goal = state.clone();
+        self.place(&mut goal, to);
+        let at = Configuration::trusted(state, self.controls);
+        let params = self.params;
+        let guess = predicted(self.assembly, self.newton, at, &goal, params);
+        *state = guess.unwrap_or(goal);
     }
 
     fn correct(&mut self, _: f64, state: &mut Vec<[f64; D]>) -> Result<(), RenewingError<D>> {

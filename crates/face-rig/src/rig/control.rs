@@ -106,6 +106,13 @@ impl Controls {
         (0..self.len()).any(|k| change[k] != 0.0 && !self.motion(k).is_empty())
     }
 
+    /// The part of a change that moves prescribed nodes, 0 for the others.
+    pub fn only_moves(&self, change: &[f64]) -> Vec<f64> {
+        let moves = |k: usize| k < self.len() && !self.motion(k).is_empty();
+        let kept = change.iter().enumerate();
+        kept.map(|(k, c)| if moves(k) { *c } else { 0.0 }).collect()
+    }
+
     /// Puts the coordinates that motions prescribe where they are at these values.
     pub fn place_moved(&self, rest: &[[f64; 3]], values: &[f64], z: &mut [[f64; 3]]) {
         for k in 0..self.len() {

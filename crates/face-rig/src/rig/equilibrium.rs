@@ -6,7 +6,7 @@ use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
 use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
-use fem_assembly::{Assembly, Quasistatic, solve_renewing};
+use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton,
     NewtonParams, Path, ProjectionPolicy, follow_path,
@@ -45,6 +45,8 @@ pub struct RigParams {
     pub newton: NewtonParams,
     /// The smallest part of the way to a new pose that is tried before giving up, in (0, 1].
     pub smallest_step: f64,
+    /// An equilibrium with an element inside out that has a free node is none.
+    pub refuses_inverted: bool,
 }
 
 impl Default for RigParams {
@@ -56,12 +58,13 @@ impl Default for RigParams {
             // gradient iterations; on the head of 13,000 free nodes a factor costs less.
             linear_solver: LinearSolver::Direct,
             // Posed flesh buckles on the way; a projection would be stiff everywhere for that.
-            projection: ProjectionPolicy::ExactThenShifted,
+            projection: ProjectionPolicy::ExactThenBlended,
             ..NewtonParams::default()
         };
         Self {
             newton,
             smallest_step: 1.0 / 256.0,
+            refuses_inverted: false,
         }
     }
 }
@@ -85,10 +88,10 @@ impl Equilibrium {
     }
 }
 
-/// What a rig has done so far.
+/// What a rig has done so far, tries that failed included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Equilibria solved, part-way poses included.
+    /// Equilibria looked for, part-way poses included.
     pub equilibria: usize,
     /// Newton steps.
     pub newton_steps: usize,
@@ -342,34 +345,67 @@ impl Rig {
     }
 
     /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
-    /// tangent does not exist the flesh stays.
+    /// tangent does not exist the flesh stays. Muscles may bend the way so much that it is better
+    /// to follow the bones alone.
     fn predict(&mut self, state: &Equilibrium, pose: &Parameters) -> Vec<[f64; 3]> {
-        let mut z = state.in_cranium_frame.clone();
+        let stays = self.with_bones(state.in_cranium_frame.clone(), pose);
         let change = Change::between(&state.parameters, pose);
         let moves_bones = state.parameters.jaw != pose.jaw || self.controls.moves(&change.controls);
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
-        if self.renew(state).is_ok()
-            && (known || (moves_bones && self.ensure_tangent(state).is_ok()))
-            && let Some(tangent) = &self.tangent
-            && let Ok(sensitivity) = Sensitivity::new(
-                &self.assembly,
-                &self.jaw,
-                &self.controls,
-                state,
-                &tangent.energy,
-                &tangent.factor,
-            )
-        {
-            let Change {
-                activations,
-                jaw,
-                controls,
-            } = &change;
-            let dz = sensitivity.in_cranium_frame(activations, jaw, controls);
-            for (z, d) in z.iter_mut().zip(dz) {
-                *z = std::array::from_fn(|i| z[i] + d[i]);
+        let wanted = self.renew(state).is_ok()
+            && (known || (moves_bones && self.ensure_tangent(state).is_ok()));
+        let Some(tangent) = self.tangent.as_ref().filter(|_| wanted) else {
+            return stays;
+        };
+        let sensitivity = Sensitivity::new(
+            &self.assembly,
+            &self.jaw,
+            &self.controls,
+            state,
+            &tangent.energy,
+            &tangent.factor,
+        );
+        let Ok(sensitivity) = sensitivity else {
+            return stays;
+        };
+        let along = |change: &Change| {
+            let dz =
+                sensitivity.in_cranium_frame(&change.activations, &change.jaw, &change.controls);
+            let moved = state.in_cranium_frame.iter().zip(dz);
+            let moved = moved.map(|(z, d)| std::array::from_fn(|i| z[i] + d[i]));
+            self.with_bones(moved.collect(), pose)
+        };
+        let whole = along(&change);
+        let of_bones = Change {
+            activations: vec![0.0; change.activations.len()],
+            controls: self.controls.only_moves(&change.controls),
+            ..change
+        };
+        if of_bones.activations == change.activations && of_bones.controls == change.controls {
+            return whole;
+        }
+        let guesses = match moves_bones {
+            true => vec![whole, along(&of_bones)],
+            false => vec![whole, stays],
+        };
+        self.least_energy(guesses, pose)
+    }
+
+    /// The guess that is closest to an equilibrium; the first where none has an energy.
+    fn least_energy(&self, mut guesses: Vec<Vec<[f64; 3]>>, pose: &Parameters) -> Vec<[f64; 3]> {
+        let controls = self.controls.of_energy(pose);
+        let (mut least, mut best) = (f64::INFINITY, 0);
+        for (k, z) in guesses.iter().enumerate() {
+            let at = self.assembly.configuration(z, &controls);
+            let energy = at.map_or(f64::INFINITY, |at| self.assembly.energy(at));
+            if energy < least {
+                (least, best) = (energy, k);
             }
         }
+        guesses.swap_remove(best)
+    }
+
+    fn with_bones(&self, mut z: Vec<[f64; 3]>, pose: &Parameters) -> Vec<[f64; 3]> {
         self.place_bones(&mut z, pose);
         z
     }
@@ -405,20 +441,53 @@ impl Rig {
             work,
             ..
         } = self;
-        if assembly.changes() {
-            let done = solve_renewing(assembly, newton, guess, &energy, &params.newton)?;
-            work.equilibria += 1;
-            work.newton_steps += done.iterations;
-            work.factorizations += done.info.map_or(0, |info| info.factorizations);
-            return Ok(done.positions);
-        }
-        let problem = Quasistatic::new(assembly, guess, energy)?;
-        let mut x = problem.unknowns();
-        let info = newton.solve(&problem, &mut x, &params.newton)?;
         work.equilibria += 1;
-        work.newton_steps += info.iterations;
-        work.factorizations += info.factorizations;
-        Ok(problem.positions(&x))
+        let z = if assembly.changes() {
+            match solve_renewing(assembly, newton, guess, &energy, &params.newton) {
+                Ok(done) => {
+                    work.newton_steps += done.iterations;
+                    work.factorizations += done.factorizations;
+                    done.positions
+                }
+                Err(error) => {
+                    if let RenewingError::Newton { source, .. } = &error {
+                        work.newton_steps += source.iteration;
+                        work.factorizations += source.factorizations;
+                    }
+                    return Err(error.into());
+                }
+            }
+        } else {
+            let problem = Quasistatic::new(assembly, guess, energy)?;
+            let mut x = problem.unknowns();
+            let (steps, factorizations, end) = match newton.solve(&problem, &mut x, &params.newton)
+            {
+                Ok(info) => (info.iterations, info.factorizations, Ok(())),
+                Err(error) => (error.iteration, error.factorizations, Err(error)),
+            };
+            work.newton_steps += steps;
+            work.factorizations += factorizations;
+            end?;
+            problem.positions(&x)
+        };
+        match self.turned_out(&z) {
+            Some((element, ratio)) if self.params.refuses_inverted => {
+                Err(PartError::Inverted { element, ratio })
+            }
+            _ => Ok(z),
+        }
+    }
+
+    /// The element with a free node that is furthest inside out, with its det F.
+    fn turned_out(&self, z: &[[f64; 3]]) -> Option<(usize, f64)> {
+        let dofs = self.assembly.dofs();
+        let free = |element: usize| {
+            let mut nodes = self.assembly.nodes_of(element).iter();
+            nodes.any(|&n| dofs.row(n as usize).is_some())
+        };
+        let ratios = self.assembly.volume_ratios(z).into_iter().enumerate();
+        let inverted = ratios.filter(|(element, ratio)| !(*ratio > 0.0) && free(*element));
+        inverted.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> Option<usize> {

@@ -115,6 +115,16 @@ pub enum PartError {
     /// The guess, or the pose, is no input for the assembly.
     #[error("the guess for the pose: {0}")]
     Guess(#[from] AssemblyError),
+    /// All forces vanish there, but an element is inside out ([`RigParams::refuses_inverted`]).
+    ///
+    /// [`RigParams::refuses_inverted`]: super::RigParams::refuses_inverted
+    #[error("the forces vanish with element {element} inside out (det F {ratio:.3})")]
+    Inverted {
+        /// The element.
+        element: usize,
+        /// Its det F.
+        ratio: f64,
+    },
     /// Contacts that do not come to rest.
     #[error(transparent)]
     Renewing(Box<RenewingError<3>>),

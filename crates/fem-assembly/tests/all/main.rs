@@ -12,5 +12,6 @@ mod promise;
 mod quadratic;
 mod rigid_contact;
 mod spp_block;
+mod steps;
 mod stop_rule;
 mod terms;

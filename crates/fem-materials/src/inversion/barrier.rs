@@ -1,18 +1,30 @@
 //! A barrier in J that acts late.
 
 use crate::material::{Material, Symmetry};
-use crate::near_rest::infinite_unless_positive;
 use crate::registry::ParameterError;
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
-/// ψ = −κ (1 − u)² ln u for u = J/J₀ < 1, 0 for u ≥ 1, +∞ for J ≤ 0: nothing until the volume has
-/// shrunk to the share J₀, then a wall before the element turns inside out. Added to a model with a
-/// finite energy there. Energy, stress and stiffness are continuous at J₀.
+/// ψ = κ φ(J/J₀) with φ(u) = −(1 − u)² ln u for u < 1 and 0 beyond: nothing until the volume has
+/// shrunk to the share J₀, then a wall before the element turns inside out. Below u = 0.002 the wall goes
+/// on as the parabola that meets it there with two derivatives: a first guess that is inside out has
+/// an energy and a way back, and what presses an element flat has to overcome 1,000 κ/J₀. Added to a
+/// model with a finite energy there. Energy, stress and stiffness are continuous.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeBarrier {
     threshold: f64,
     modulus: f64,
+}
+
+/// u = J/J₀ below which the barrier is a parabola.
+const PARABOLA_BELOW: f64 = 0.002;
+
+/// φ near the place where it becomes a parabola.
+struct Wall<T> {
+    below: T,
+    height: T,
+    slope: T,
+    curvature: T,
 }
 
 impl VolumeBarrier {
@@ -39,22 +51,33 @@ impl VolumeBarrier {
         T::select(u.lt(T::one()), u, T::one())
     }
 
-    /// dψ/dJ = κ/J₀ (1 − u) (2 ln u − (1 − u)/u).
+    /// How far u is below where the parabola begins, 0 or less, and φ, φ', φ'' at the larger of both.
     #[inline(always)]
-    fn pressure<T: Real>(&self, J: T) -> T {
-        let u = self.share(J);
-        let left = T::one() - u;
-        let rise = left * (T::from_f64(2.0) * u.ln() - left / u);
-        T::from_f64(self.modulus / self.threshold) * rise
+    fn wall<T: Real>(&self, J: T) -> Wall<T> {
+        let (share, begin) = (self.share(J), T::from_f64(PARABOLA_BELOW));
+        let u = T::select(begin.lt(share), share, begin);
+        let (left, ln) = (T::one() - u, u.ln());
+        let q = left / u;
+        let two = T::from_f64(2.0);
+        Wall {
+            below: share - u,
+            height: -(left * left * ln),
+            slope: left * (two * ln - q),
+            curvature: q * (T::from_f64(4.0) + q) - two * ln,
+        }
     }
 
-    /// d²ψ/dJ² = κ/J₀² (−2 ln u + 4 q + q²) with q = (1 − u)/u.
+    /// dψ/dJ = κ/J₀ φ', where φ' = (1 − u) (2 ln u − (1 − u)/u) before the parabola.
+    #[inline(always)]
+    fn pressure<T: Real>(&self, J: T) -> T {
+        let wall = self.wall(J);
+        T::from_f64(self.modulus / self.threshold) * (wall.slope + wall.curvature * wall.below)
+    }
+
+    /// d²ψ/dJ² = κ/J₀² φ'', where φ'' = −2 ln u + 4 q + q² with q = (1 − u)/u before the parabola.
     #[inline(always)]
     fn stiffness<T: Real>(&self, J: T) -> T {
-        let u = self.share(J);
-        let q = (T::one() - u) / u;
-        let curve = q * (T::from_f64(4.0) + q) - T::from_f64(2.0) * u.ln();
-        T::from_f64(self.modulus / (self.threshold * self.threshold)) * curve
+        T::from_f64(self.modulus / (self.threshold * self.threshold)) * self.wall(J).curvature
     }
 }
 
@@ -63,10 +86,9 @@ impl<const D: usize> Material<D> for VolumeBarrier {
 
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
-        let J = F.determinant();
-        let u = self.share(J);
-        let left = T::one() - u;
-        infinite_unless_positive(J, T::from_f64(-self.modulus) * left * left * u.ln())
+        let wall = self.wall(F.determinant());
+        let half = T::from_f64(0.5) * wall.curvature * wall.below;
+        T::from_f64(self.modulus) * (wall.height + wall.below * (wall.slope + half))
     }
 
     #[inline(always)]
@@ -77,9 +99,8 @@ impl<const D: usize> Material<D> for VolumeBarrier {
     #[inline(always)]
     fn stress_differential<T: Real>(&self, F: &Mat<T, D>, dF: &Mat<T, D>) -> Mat<T, D> {
         let (J, C) = (F.determinant(), F.cofactor());
-        // d(cof F) = (cof F (cof F : dF) − cof F dFᵀ cof F) / J.
-        let turned = C.scale(C.dot(dF)) - C * dF.tr_mul(&C);
-        C.scale(self.stiffness(J) * C.dot(dF)) + turned.scale(self.pressure(J) / J)
+        let turned = F.cofactor_differential(dF).scale(self.pressure(J));
+        C.scale(self.stiffness(J) * C.dot(dF)) + turned
     }
 
     #[inline(always)]

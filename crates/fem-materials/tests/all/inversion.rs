@@ -181,7 +181,14 @@ fn directions_that_are_no_unit_vectors_and_negative_stiffnesses_are_refused() {
 fn the_late_barrier_has_its_exact_derivatives_and_is_nothing_before_its_threshold() {
     let barrier = VolumeBarrier::new(0.3, 5e4).unwrap();
     let dF = Numbers(11).matrix::<3>();
-    for sigma in [[1.2, 0.9, 0.2], [1.1, 0.4, 0.1], [0.3, 0.2, 0.05]] {
+    // Before the parabola (u = 0.72, 0.15, 0.01), flat on it, and inside out.
+    for sigma in [
+        [1.2, 0.9, 0.2],
+        [1.1, 0.4, 0.1],
+        [0.3, 0.2, 0.05],
+        [1.0, 0.0, 0.5],
+        [1.0, 0.8, -0.3],
+    ] {
         let F = turned(sigma);
         let P = barrier.stress(&F);
         let slope = barrier.energy(&dual(&F, &dF)).derivative;
@@ -196,10 +203,23 @@ fn the_late_barrier_has_its_exact_derivatives_and_is_nothing_before_its_threshol
     let before = turned([1.0, 0.6, 0.50001]);
     assert_eq!(barrier.energy(&before), 0.0);
     assert_eq!(norm(&barrier.stress(&before)), 0.0);
-    // It stops every approach to J = 0, and there is nothing beyond.
-    assert!(barrier.energy(&turned([1.0, 1.0, 1e-9])) > 8e5);
-    assert_eq!(barrier.energy(&turned([1.0, 1.0, -0.1])), f64::INFINITY);
-    assert_eq!(barrier.energy(&turned([1.0, 0.0, 0.0])), f64::INFINITY);
+    // What it takes to press an element flat: φ'(u) − u φ''(u) where the parabola begins.
+    let u = 0.002_f64;
+    let q = (1.0 - u) / u;
+    let slope = (1.0 - u) * (2.0 * u.ln() - q);
+    let curvature = -2.0 * u.ln() + 4.0 * q + q * q;
+    let flat = barrier.stress(&Mat::from_diagonal([1.0, 1.0, 0.0])).0[2][2];
+    let expected = 5e4 / 0.3 * (slope - u * curvature);
+    assert!((flat / expected - 1.0).abs() < 1e-12 && expected < -1e3 * 5e4 / 0.3);
+    // Beyond, energy and push go on rising; where the parabola begins nothing jumps.
+    let along = |j: f64| Mat::from_diagonal([1.0, 1.0, j]);
+    let energy = |j: f64| barrier.energy(&along(j));
+    assert!(energy(-0.5) > energy(-0.1) && energy(-0.1) > energy(0.0) && energy(0.0) > energy(0.02));
+    let begin = 0.3 * u;
+    let jump = |f: &dyn Fn(f64) -> f64| (f(begin + 1e-9) / f(begin - 1e-9) - 1.0).abs();
+    let pressure = |j: f64| barrier.stress(&along(j)).0[2][2];
+    let stiffness = |j: f64| barrier.stress_differential(&along(j), &along(1.0)).0[2][2];
+    assert!(jump(&energy) < 2e-5 && jump(&pressure) < 2e-5 && jump(&stiffness) < 2e-5);
     for (threshold, modulus) in [(1.0, 1e4), (0.0, 1e4), (f64::NAN, 1e4), (0.2, 0.0)] {
         assert!(VolumeBarrier::new(threshold, modulus).is_err());
     }

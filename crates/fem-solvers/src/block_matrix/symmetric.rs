@@ -94,6 +94,15 @@ impl<const D: usize> BlockSymmetric<D> {
         }
     }
 
+    /// Adds `share` times another matrix of the same pattern.
+    pub(crate) fn add_scaled(&mut self, share: f64, other: &Self) {
+        for (block, added) in self.values.iter_mut().zip(&other.values) {
+            for (row, added) in block.iter_mut().zip(added) {
+                row.iter_mut().zip(added).for_each(|(a, b)| *a += share * b);
+            }
+        }
+    }
+
     /// `|A| |x|`: entry `i` is `Σ_j |A_ij| |x_j|`.
     pub(crate) fn absolute_product(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; D * self.pattern.blocks()];

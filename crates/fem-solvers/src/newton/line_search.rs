@@ -1,5 +1,6 @@
 //! Backtracking that still works when energy differences drown in rounding.
 
+use super::line_minimum::improve;
 use super::{LineSearchParams, Merit, NonlinearProblem};
 use crate::vector::{dot, first_non_finite, norm};
 
@@ -56,12 +57,16 @@ pub(super) fn search<const D: usize>(
         };
         match verdict {
             Verdict::Good { energy, clear } => {
-                return Some(Accepted {
+                let mut accepted = Accepted {
                     t,
                     energy,
                     evaluations: backtracks + 1,
                     clear,
-                });
+                };
+                if clear && problem.merit() == Merit::Energy {
+                    improve(problem, start, cap, trial, gradient, &mut accepted);
+                }
+                return Some(accepted);
             }
             Verdict::Shorten { t: next } => t = next,
         }

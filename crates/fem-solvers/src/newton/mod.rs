@@ -2,6 +2,7 @@
 
 mod direction;
 mod factorizer;
+mod line_minimum;
 mod line_search;
 mod params;
 mod problem;

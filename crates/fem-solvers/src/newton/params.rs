@@ -3,6 +3,7 @@
 use crate::cholesky::CholeskyError;
 use crate::pcg::PcgError;
 use crate::preconditioner::PreconditionerError;
+use fem_kinematics::HessianProjection;
 use thiserror::Error;
 
 /// How the Newton direction is computed.
@@ -58,6 +59,11 @@ pub enum ProjectionPolicy {
     /// after shortened ones (Levenberg 1944). Unlike a projection this leaves the stable part of the
     /// matrix as it is and assembles nothing twice.
     ExactThenShifted,
+    /// The exact one `K` first; where it shows negative curvature, `K + s (|K| − K)` with absolute
+    /// eigenvalues of every element in `|K|`, and the share `s` in (0, 1] about as small as makes that
+    /// definite. The share is remembered as under [`ExactThenShifted`](Self::ExactThenShifted). What
+    /// buckles is stiffened where it buckles, and hardly elsewhere.
+    ExactThenBlended,
 }
 
 /// Backtracking.
@@ -187,9 +193,24 @@ pub struct NewtonIteration {
     /// Conjugate gradient iterations; 0 for a direct solve.
     pub linear_iterations: usize,
     /// The Hessian that gave the direction.
-    pub projection: super::HessianProjection,
-    /// Share of the Hessian's own diagonal that was added to it; 0 for none.
+    pub projection: HessianProjection,
+    /// Share of the Hessian's own diagonal that was added to it, or of the way from the Hessian to its
+    /// `projection` under [`ProjectionPolicy::ExactThenBlended`]; 0 for none.
     pub shift: f64,
+}
+
+impl NewtonIteration {
+    /// The step in a few words.
+    fn told(&self) -> String {
+        let hessian = match (self.projection, self.shift) {
+            (HessianProjection::None, 0.0) => "the exact Hessian".into(),
+            (HessianProjection::None, share) => format!("{share:.1e} of its diagonal added"),
+            (filter, 0.0) => format!("{filter:?} Hessian"),
+            (filter, share) => format!("{share:.2} of the way to the {filter:?} Hessian"),
+        };
+        let Self { step, t, .. } = self;
+        format!(" (last step {step:.1e}, {t:.2} of Newton's, {hessian})")
+    }
 }
 
 /// A converged solve.
@@ -301,11 +322,17 @@ pub enum NewtonFailure {
 /// A solve that did not converge; `x` holds the last accepted state, which these numbers describe.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "Newton's method stopped after {iteration} steps at energy {energy:e}, gradient {gradient_norm:e}: {reason}"
+    "Newton's method stopped after {iteration} steps at energy {energy:e}, gradient {gradient_norm:e}{}: {reason}",
+    last.as_ref().map_or_else(String::new, NewtonIteration::told)
 )]
+#[non_exhaustive]
 pub struct NewtonError {
     /// Steps accepted.
     pub iteration: usize,
+    /// Numeric factorizations done.
+    pub factorizations: usize,
+    /// The last step taken, if any was.
+    pub last: Option<NewtonIteration>,
     /// Energy of the last accepted state.
     pub energy: f64,
     /// Its largest gradient entry.

@@ -2,7 +2,7 @@
 
 use super::direction::{Descent, DescentDirection, DescentOutcome, NewtonSystem, policy};
 use super::factorizer::Factorizer;
-use super::shift::Shift;
+use super::shift::{ShareRule, Shift};
 use super::tangent::{Products, Tangent};
 use super::{
     HessianProjection, LinearSolver, NewtonFailure, NewtonParams, NonlinearProblem,
@@ -23,8 +23,11 @@ pub(super) struct Workspace<'d, const D: usize> {
     /// The Hessian assembled last; `None` for problems that give only products.
     pub matrix: Option<BlockSymmetric<D>>,
     /// Share of the diagonal to start the next step with, under
-    /// [`ProjectionPolicy::ExactThenShifted`]; forgotten between solves.
+    /// [`ProjectionPolicy::ExactThenShifted`], or of the way to the filtered matrix under
+    /// [`ProjectionPolicy::ExactThenBlended`]; forgotten between solves.
     pub shift: Shift,
+    /// What a filter changes in the matrix, made where it is needed.
+    change: Option<BlockSymmetric<D>>,
     /// Is the matrix the exact Hessian of the next step already?
     pub current: bool,
     directions: Directions<'d, D>,
@@ -61,6 +64,15 @@ pub(super) struct Direction {
 }
 
 impl Direction {
+    /// How much of the projection the tangent has.
+    fn share(&self) -> f64 {
+        match self.projection {
+            HessianProjection::None => 1.0,
+            _ if self.shift == 0.0 => 1.0,
+            _ => self.shift,
+        }
+    }
+
     fn count(&mut self, work: &Descent) {
         self.linear_iterations += work.linear_iterations;
         self.factorizations += work.factorizations;
@@ -82,6 +94,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
             factorizer: Factorizer::new(problem.coordinates()),
             matrix: problem.pattern().map(BlockSymmetric::zeros),
             shift: Shift::default(),
+            change: None,
             current: false,
             directions: Directions::Setting(None),
         }
@@ -130,6 +143,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
             }
             ProjectionPolicy::AlwaysProjected => self.staged(&at, CLAMP, &mut result)?,
             ProjectionPolicy::ExactThenShifted => self.shifted(&at, &mut result)?,
+            ProjectionPolicy::ExactThenBlended => self.blended(&at, &mut result)?,
         };
         if !found {
             self.last_shifts(&at, &mut result)?;
@@ -173,10 +187,50 @@ impl<'d, const D: usize> Workspace<'d, D> {
             if self.attempt(at, share * scale, result)? {
                 return Ok(true);
             }
-            self.shift.refused();
+            if !self.shift.refused(ShareRule::DIAGONAL) {
+                break;
+            }
         }
         // Shares of a diagonal that has zeros do not help; what follows starts from the plain matrix.
         self.assemble(at, HessianProjection::None)?;
+        result.shift = 0.0;
+        Ok(false)
+    }
+
+    /// Goes as little of the way to the filtered tangent as makes it positive definite; `false` if not
+    /// even the filtered one is.
+    fn blended<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        result: &mut Direction,
+    ) -> Result<bool, NewtonFailure> {
+        self.assemble(at, HessianProjection::None)?;
+        if self.shift.share() == 0.0 {
+            if self.attempt(at, 0.0, result)? {
+                return Ok(true);
+            }
+            self.shift.refused(ShareRule::FILTER);
+        }
+        result.projection = HessianProjection::Absolute;
+        if let Some(matrix) = &self.matrix {
+            let change = self.change.get_or_insert_with(|| matrix.clone());
+            at.problem.hessian(at.x, result.projection, change);
+            change.add_scaled(-1.0, matrix);
+        }
+        let mut added = 0.0;
+        for _ in 0..Shift::ATTEMPTS {
+            let share = self.shift.share();
+            if let (Some(matrix), Some(change)) = (&mut self.matrix, &self.change) {
+                matrix.add_scaled(share - added, change);
+            }
+            (added, result.shift) = (share, share);
+            if self.attempt(at, 0.0, result)? {
+                return Ok(true);
+            }
+            if !self.shift.refused(ShareRule::FILTER) {
+                break;
+            }
+        }
         result.shift = 0.0;
         Ok(false)
     }
@@ -221,7 +275,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
                 let diagonal = matrix.diagonal();
                 diagonal.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
             }
-            None => at.products(projection, 0.0).curvature_along(at.g),
+            None => at.products(projection, 1.0, 0.0).curvature_along(at.g),
         }
     }
 
@@ -255,7 +309,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
         added: f64,
         result: &mut Direction,
     ) -> Result<bool, NewtonFailure> {
-        let products = at.products(result.projection, added);
+        let products = at.products(result.projection, result.share(), added);
         let tangent = match &self.matrix {
             Some(matrix) => Tangent::from_matrix(matrix),
             None => Tangent::from_products(&products),
@@ -312,12 +366,14 @@ impl<'a, P: ?Sized> At<'a, P> {
     fn products<const D: usize>(
         &self,
         projection: HessianProjection,
+        share: f64,
         added: f64,
     ) -> Products<'a, P, D> {
         Products {
             problem: self.problem,
             x: self.x,
             projection,
+            share,
             added,
         }
     }

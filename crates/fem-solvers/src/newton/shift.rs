@@ -1,33 +1,73 @@
-//! How much of its own diagonal an indefinite Hessian gets (Levenberg 1944).
+//! How much an indefinite Hessian is changed: the share of its own diagonal that is added (Levenberg
+//! 1944), or of the way to its filtered form.
 
 /// The share, remembered from step to step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Shift {
     share: f64,
+    /// What the share was before the exact matrix was tried again.
+    before: f64,
+}
+
+/// How shares follow success and failure.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShareRule {
+    first: f64,
+    growth: f64,
+    decay: f64,
+    most: f64,
+}
+
+impl ShareRule {
+    /// Of the diagonal: the tenth share is 1e6 and more, nearly a gradient step.
+    pub const DIAGONAL: Self = Self {
+        first: 1e-2,
+        growth: 10.0,
+        decay: 0.2,
+        most: f64::INFINITY,
+    };
+    /// Of the filter, where 1 is the whole of it.
+    pub const FILTER: Self = Self {
+        first: 0.1,
+        growth: 3.0,
+        decay: 0.4,
+        most: 1.0,
+    };
 }
 
 impl Shift {
-    /// Shares tried in one step; the last is 1e6 and more, nearly a gradient step.
+    /// Shares tried in one step.
     pub const ATTEMPTS: usize = 10;
-    const FIRST: f64 = 1e-2;
     const NEGLIGIBLE: f64 = 1e-4;
+    /// A gradient that fell to this share after a full step: the end is near, where only the exact
+    /// matrix converges fast.
+    const CLOSE: f64 = 0.25;
 
     /// The share to try next; 0 for the matrix as it is.
     pub fn share(self) -> f64 {
         self.share
     }
 
-    /// The matrix was not positive definite with it.
-    pub fn refused(&mut self) {
-        self.share = (10.0 * self.share).max(Self::FIRST);
+    /// The matrix was not positive definite with it; `false` when there is no more to try.
+    pub fn refused(&mut self, rule: ShareRule) -> bool {
+        if self.share >= rule.most {
+            return false;
+        }
+        let next = (rule.growth * self.share).max(std::mem::take(&mut self.before));
+        self.share = next.max(rule.first).min(rule.most);
+        true
     }
 
-    /// A step with it was taken, of which the line search left the part `t`.
-    pub fn stepped(&mut self, t: f64) {
-        if t == 1.0 {
-            self.share *= 0.2;
+    /// A step with it was taken, of which the line search left the part `t` and which left the share
+    /// `gradient` of the gradient.
+    pub fn stepped(&mut self, rule: ShareRule, t: f64, gradient: f64) {
+        self.before = 0.0;
+        if t == 1.0 && gradient <= Self::CLOSE {
+            self.before = rule.decay * std::mem::take(&mut self.share);
+        } else if t >= 1.0 {
+            self.share *= rule.decay;
         } else if t < 0.3 {
-            self.share *= 4.0;
+            self.share = (4.0 * self.share).min(rule.most);
         }
         if self.share < Self::NEGLIGIBLE {
             self.share = 0.0;

@@ -2,11 +2,11 @@
 
 use super::line_search::{Accepted, Start, search};
 use super::repair::Workspace;
-use super::shift::Shift;
+use super::shift::{ShareRule, Shift};
 use super::target::Target;
 use super::{
     DescentDirection, HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo,
-    NewtonIteration, NewtonParams, NonlinearProblem, StopReason,
+    NewtonIteration, NewtonParams, NonlinearProblem, ProjectionPolicy, StopReason,
 };
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyFactor, SymbolicCholesky};
@@ -166,10 +166,17 @@ impl<'d, const D: usize> Newton<'d, D> {
         observer: &mut dyn FnMut(&NewtonIteration),
     ) -> Result<NewtonInfo, NewtonError> {
         let mut state = State::new(x.len());
+        let mut last = None;
+        let mut observer = |step: &NewtonIteration| {
+            last = (step.iteration > 0).then_some(*step);
+            observer(step);
+        };
         state.info.stop = self
-            .run(problem, x, params, observer, &mut state)
+            .run(problem, x, params, &mut observer, &mut state)
             .map_err(|reason| NewtonError {
                 iteration: state.info.iterations,
+                factorizations: state.info.factorizations,
+                last,
                 energy: state.energy,
                 gradient_norm: state.info.gradient_norm,
                 reason,
@@ -271,10 +278,15 @@ impl<'d, const D: usize> Newton<'d, D> {
             let slope = dot(&state.gradient, &direction.dx);
             return Err(NewtonFailure::LineSearchFailed { slope });
         };
-        self.workspace.shift.stepped(accepted.t);
         let before = state.info.gradient_norm;
         state.accept(x, &accepted);
-        let fell = state.info.gradient_norm <= 0.5 * before;
+        let left = state.info.gradient_norm / before;
+        let rule = match params.projection {
+            ProjectionPolicy::ExactThenBlended => ShareRule::FILTER,
+            _ => ShareRule::DIAGONAL,
+        };
+        self.workspace.shift.stepped(rule, accepted.t, left);
+        let fell = left <= 0.5;
         Ok(Step {
             stalled: !accepted.clear && (state.info.iterations == 1 || !fell),
             report: NewtonIteration {

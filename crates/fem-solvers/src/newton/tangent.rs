@@ -51,11 +51,13 @@ impl<const D: usize> LinearOperator for Tangent<'_, D> {
     }
 }
 
-/// `∂²E/∂x² + added · I` at `x`, by the problem's own products.
+/// `(1 − share) K + share K⁺ + added · I` at `x` with the Hessian K and its projection K⁺, by the
+/// problem's own products.
 pub(super) struct Products<'a, P: ?Sized, const D: usize> {
     pub problem: &'a P,
     pub x: &'a [f64],
     pub projection: HessianProjection,
+    pub share: f64,
     pub added: f64,
 }
 
@@ -77,6 +79,14 @@ impl<P: NonlinearProblem<D> + ?Sized, const D: usize> LinearOperator for Product
     }
     fn apply(&self, v: &[f64], y: &mut [f64]) {
         self.problem.hessian_vector(self.x, self.projection, v, y);
+        if self.share != 1.0 {
+            let mut exact = vec![0.0; v.len()];
+            let none = HessianProjection::None;
+            self.problem.hessian_vector(self.x, none, v, &mut exact);
+            for (y, exact) in y.iter_mut().zip(exact) {
+                *y = self.share * *y + (1.0 - self.share) * exact;
+            }
+        }
         if self.added != 0.0 {
             for (y, v) in y.iter_mut().zip(v) {
                 *y += self.added * v;

@@ -117,6 +117,7 @@ fn indefinite_products_are_projected_or_shifted() {
     for (projection, projects) in [
         (ProjectionPolicy::ExactFirst, true),
         (ProjectionPolicy::ExactThenShifted, false),
+        (ProjectionPolicy::ExactThenBlended, true),
         // A projection that changes nothing leaves the last shifts.
         (ProjectionPolicy::ExactFirst, false),
     ] {

@@ -108,3 +108,29 @@ fn the_last_shift_starts_from_the_plain_matrix() {
     assert!((x[0] / steps[1].t - 2.0).abs() < 1e-9, "{x:?} {steps:?}");
     assert!((x[1] / steps[1].t + 1.0).abs() < 1e-9, "{x:?} {steps:?}");
 }
+
+#[test]
+fn a_step_that_is_much_too_long_or_short_is_improved_along_its_line() {
+    // Said to be four times as stiff: a quarter of the way, then three times that at most. Said to be
+    // 0.6 times as stiff: beyond the minimum, where the slope tells how far.
+    for (factor, part) in [(4.0, 3.0), (0.6, 0.6), (1.1, 1.0)] {
+        let said = [[2.0 * factor, 0.0], [0.0, 2.0 * factor]];
+        let problem = quadratic([[2.0, 0.0], [0.0, 2.0]], [1.0, 3.0], said);
+        let params = NewtonParams {
+            linear_solver: LinearSolver::Direct,
+            max_iterations: 1,
+            ..NewtonParams::default()
+        };
+        let (mut x, mut seen) = (vec![0.0; 2], Vec::new());
+        let end = Newton::new(&problem).solve_observed(&problem, &mut x, &params, &mut |step| {
+            seen.push(*step);
+        });
+        assert!((seen[1].t - part).abs() < 1e-12, "{factor}: {}", seen[1].t);
+        assert!((x[0] - part / factor / 2.0).abs() < 1e-12, "{x:?}");
+        if let Err(error) = end {
+            let told = error.to_string();
+            assert!(told.contains("of Newton's, the exact Hessian"), "{told}");
+            assert_eq!((error.factorizations, error.last), (1, Some(seen[1])));
+        }
+    }
+}
