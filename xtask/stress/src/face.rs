@@ -115,19 +115,21 @@ fn law_of(scene: &Scene, fiber: &FiberEntry, alpha: f64) -> Result<Law, Failure>
     let curve = match fibers.curve {
         FiberCurve::Physbam => "physbam",
         FiberCurve::Blemker => "blemker",
-        FiberCurve::Table { .. } => {
-            return Err(Failure::trial(&"a curve from a table has no name"));
-        }
+        _ => return Err(Failure::trial(&"a curve that has no name")),
     };
     let model = match fibers.stretch {
         FiberStretch::Total => "fiber_total",
         FiberStretch::Isochoric => "fiber_isochoric",
+        _ => return Err(Failure::trial(&"a stretch that no model has")),
     };
     let [a, b, c] = fiber.direction;
     let own = [
         ("curve", curve.to_owned()),
-        ("sigma_max", (fibers.sigma_max * fiber.weight).to_string()),
-        ("lambda_ofl", fibers.lambda_ofl.to_string()),
+        (
+            "sigma_max",
+            (fibers.max_isometric_stress * fiber.weight).to_string(),
+        ),
+        ("lambda_ofl", fibers.optimal_stretch.to_string()),
         ("alpha", alpha.to_string()),
         ("a0", format!("{a} {b} {c}")),
     ];

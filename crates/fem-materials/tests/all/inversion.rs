@@ -214,7 +214,9 @@ fn the_late_barrier_has_its_exact_derivatives_and_is_nothing_before_its_threshol
     // Beyond, energy and push go on rising; where the parabola begins nothing jumps.
     let along = |j: f64| Mat::from_diagonal([1.0, 1.0, j]);
     let energy = |j: f64| barrier.energy(&along(j));
-    assert!(energy(-0.5) > energy(-0.1) && energy(-0.1) > energy(0.0) && energy(0.0) > energy(0.02));
+    assert!(
+        energy(-0.5) > energy(-0.1) && energy(-0.1) > energy(0.0) && energy(0.0) > energy(0.02)
+    );
     let begin = 0.3 * u;
     let jump = |f: &dyn Fn(f64) -> f64| (f(begin + 1e-9) / f(begin - 1e-9) - 1.0).abs();
     let pressure = |j: f64| barrier.stress(&along(j)).0[2][2];

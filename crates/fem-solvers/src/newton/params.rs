@@ -323,7 +323,7 @@ pub enum NewtonFailure {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
     "Newton's method stopped after {iteration} steps at energy {energy:e}, gradient {gradient_norm:e}{}: {reason}",
-    last.as_ref().map_or_else(String::new, NewtonIteration::told)
+    last.as_ref().map_or_else(String::new, |step| step.told())
 )]
 #[non_exhaustive]
 pub struct NewtonError {
@@ -332,7 +332,7 @@ pub struct NewtonError {
     /// Numeric factorizations done.
     pub factorizations: usize,
     /// The last step taken, if any was.
-    pub last: Option<NewtonIteration>,
+    pub last: Option<Box<NewtonIteration>>,
     /// Energy of the last accepted state.
     pub energy: f64,
     /// Its largest gradient entry.

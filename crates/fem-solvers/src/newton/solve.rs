@@ -176,7 +176,7 @@ impl<'d, const D: usize> Newton<'d, D> {
             .map_err(|reason| NewtonError {
                 iteration: state.info.iterations,
                 factorizations: state.info.factorizations,
-                last,
+                last: last.map(Box::new),
                 energy: state.energy,
                 gradient_norm: state.info.gradient_norm,
                 reason,

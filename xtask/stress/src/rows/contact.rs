@@ -6,7 +6,7 @@ use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    ContactPoint, FleshContact, FleshContactParams, Obstacle, Penalty, RigidContact,
+    ContactPoint, FleshContact, FleshContactParams, ImplicitSurface, Penalty, RigidContact,
     RigidContactParams, RigidSurface,
 };
 use fem_solvers::{NewtonParams, ProjectionPolicy};
@@ -112,18 +112,18 @@ fn row(name: &str, what: &str, expected: Expected, run: Run) -> Row {
     Row::new("contact", name, what, expected, run)
 }
 
-fn ball(center: [f64; 3], radius: f64) -> Obstacle<3> {
-    Obstacle::Sphere { center, radius }
+fn ball(center: [f64; 3], radius: f64) -> ImplicitSurface<3> {
+    ImplicitSurface::Sphere { center, radius }
 }
 
 /// The solid behind a plane across x.
-fn plane(point: [f64; 3], outward: f64) -> Obstacle<3> {
+fn plane(point: [f64; 3], outward: f64) -> ImplicitSurface<3> {
     let normal = [outward, 0.0, 0.0];
-    Obstacle::HalfSpace { point, normal }
+    ImplicitSurface::HalfSpace { point, normal }
 }
 
-fn corner() -> Obstacle<3> {
-    Obstacle::Box {
+fn corner() -> ImplicitSurface<3> {
+    ImplicitSurface::Box {
         min: [0.45, 0.45, 0.8],
         max: [2.0, 2.0, 2.0],
     }
@@ -138,7 +138,7 @@ fn shifted(settings: &Settings, steps: usize) -> NewtonParams {
 }
 
 /// A block on the ground, its nodes pushed out of obstacles.
-fn penalized(obstacles: Vec<Obstacle<3>>, settings: &Settings) -> Result<Evidence, Failure> {
+fn penalized(obstacles: Vec<ImplicitSurface<3>>, settings: &Settings) -> Result<Evidence, Failure> {
     let n = if settings.quick { 4 } else { 8 };
     let flesh = Named::elastic("stable_neo_hookean", 1e4, 0.4);
     let body = Body::block([n, n, n], [1.0; 3], flesh)?.holding(|p| p[2] == 0.0);
@@ -176,7 +176,7 @@ fn above_a_ball(inside: f64, depth: f64, settings: &Settings) -> Result<Evidence
 }
 
 /// The same body, its surface pushed out of a solid.
-fn touching(body: Body, solid: Obstacle<3>, depth: f64, activation: f64) -> Body {
+fn touching(body: Body, solid: ImplicitSurface<3>, depth: f64, activation: f64) -> Body {
     let mesh = body.mesh().clone();
     let params = RigidContactParams {
         activation,

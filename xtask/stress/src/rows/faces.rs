@@ -190,11 +190,14 @@ fn twins(settings: &Settings) -> Result<Evidence, Failure> {
         &mut observer,
     );
     let fit = fit.map_err(|e| Failure::of("FitError", &e))?;
-    if let Outcome::NotConverged(why) | Outcome::Impossible(why) = &fit.outcome {
-        return Err(Failure {
-            kind: "Outcome".to_owned(),
-            message: why.clone(),
-        });
+    let message = match &fit.outcome {
+        Outcome::NotConverged(why) => Some(why.to_string()),
+        Outcome::Impossible(why) => Some(format!("{why:?}")),
+        _ => None,
+    };
+    if let Some(message) = message {
+        let kind = "Outcome".to_owned();
+        return Err(Failure { kind, message });
     }
     let (a, b) = (fit.activations[one], fit.activations[two]);
     let apart = Evidence {
