@@ -70,6 +70,7 @@ mod cholesky;
 mod continuation;
 mod dense_qr;
 mod gauss_newton;
+mod multigrid;
 mod newton;
 mod operator;
 mod ordering;
@@ -91,6 +92,9 @@ pub use gauss_newton::{
     Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonInfo, GaussNewtonIteration,
     GaussNewtonParams, GaussNewtonStop, LeastSquares, Loss, Prior, StepMethod, gauss_newton,
     gauss_newton_observed,
+};
+pub use multigrid::{
+    LevelScalar, Multigrid, MultigridInfo, MultigridParams, NearKernel, NearKernelError,
 };
 pub use newton::{
     Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,
