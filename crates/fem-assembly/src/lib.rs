@@ -45,6 +45,7 @@ mod quasistatic;
 mod renewal;
 mod renewing;
 mod rest;
+mod rigid_motions;
 mod scales;
 mod shape;
 mod sink;

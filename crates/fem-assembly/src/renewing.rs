@@ -5,8 +5,8 @@ use crate::error::AssemblyError;
 use crate::quasistatic::Quasistatic;
 use fem_materials::HessianProjection;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, Merit, Newton, NewtonError, NewtonFailure, NewtonInfo,
-    NewtonIteration, NewtonParams, NonlinearProblem,
+    BlockPattern, BlockSymmetric, Merit, NearKernel, Newton, NewtonError, NewtonFailure,
+    NewtonInfo, NewtonIteration, NewtonParams, NonlinearProblem,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -214,6 +214,9 @@ impl<const D: usize> NonlinearProblem<D> for Covered<'_, D> {
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.problem.gradient_rounding(x)
+    }
+    fn near_kernel(&self, x: &[f64]) -> NearKernel {
+        self.problem.near_kernel(x)
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         self.problem.coordinates()

@@ -98,9 +98,9 @@ pub use multigrid::{
 };
 pub use newton::{
     Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,
-    Merit, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams,
-    NewtonSystem, NonlinearProblem, PcgDirection, PreconditionerChoice, ProjectionPolicy,
-    StopReason, Tangent,
+    Merit, MultigridDirection, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
+    NewtonParams, NewtonSystem, NonlinearProblem, PcgDirection, PreconditionerChoice,
+    ProjectionPolicy, StopReason, Tangent,
 };
 pub use operator::{
     AssumedPositiveDefinite, LinearOperator, MatrixPreconditioner, Preconditioner, Structure,

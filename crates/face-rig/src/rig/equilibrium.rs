@@ -3,13 +3,14 @@
 use super::control::{Control, Controls};
 use super::error::{PartError, RigError};
 use super::jacobian::Sensitivity;
+use super::loads::{Loads, Push};
 use super::parameters::Parameters;
 use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic, solve_renewing};
 use fem_solvers::{
-    BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton,
-    NewtonParams, Path, ProjectionPolicy, follow_path,
+    BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
+    MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, follow_path,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,7 +29,12 @@ pub struct Rig {
     solved: Equilibrium,
     tangent: Option<Tangent>,
     work: Work,
+    /// Are equilibria found by [`Multilevel`]?
+    multigrid: bool,
 }
+
+/// Three axes, six rigid motions.
+type Multilevel = MultigridDirection<3, 6>;
 
 /// A pose with its factored stiffness: neighboring poses start from its prediction.
 struct Tangent {
@@ -45,6 +51,20 @@ pub struct RigParams {
     pub newton: NewtonParams,
     /// The smallest part of the way to a new pose that is tried before giving up, in (0, 1].
     pub smallest_step: f64,
+    /// Whether equilibria are found with conjugate gradients on a multigrid hierarchy in place of
+    /// [`NewtonParams::linear_solver`]; derivatives are factored in any case.
+    pub multigrid: MultigridUse,
+}
+
+/// When a rig uses [`MultigridDirection`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MultigridUse {
+    /// Where a step of it takes fewer operations than a factorization, by the counts of the analysis.
+    WhereCheaper,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 impl Default for RigParams {
@@ -62,6 +82,7 @@ impl Default for RigParams {
         Self {
             newton,
             smallest_step: 1.0 / 256.0,
+            multigrid: MultigridUse::WhereCheaper,
         }
     }
 }
@@ -85,6 +106,9 @@ impl Equilibrium {
     }
 }
 
+/// Share of the force that may be left when a change is predicted by conjugate gradients.
+const PREDICTION: f64 = 1e-4;
+
 /// What a rig has done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
@@ -94,6 +118,8 @@ pub struct Work {
     pub newton_steps: usize,
     /// Numeric factorizations.
     pub factorizations: usize,
+    /// Conjugate gradient iterations.
+    pub linear_iterations: usize,
     /// Time in equilibria.
     pub equilibrium_time: Duration,
     /// Time in derivatives.
@@ -136,11 +162,18 @@ impl Rig {
         {
             return Err(RigError::Free(part));
         }
-        let newton = Newton::new(&Quasistatic::new(
-            &assembly,
-            rest.clone(),
-            parameters.activations.clone(),
-        )?);
+        let problem = Quasistatic::new(&assembly, rest.clone(), parameters.activations.clone())?;
+        let mut newton = Newton::new(&problem);
+        let multigrid = match params.multigrid {
+            MultigridUse::Always => true,
+            MultigridUse::Never => false,
+            MultigridUse::WhereCheaper => newton
+                .symbolic()
+                .is_some_and(|symbolic| Multilevel::is_cheaper_than(symbolic)),
+        };
+        if multigrid {
+            newton = newton.directed_by(Multilevel::new(MultigridParams::default()));
+        }
         let solved = Equilibrium {
             parameters,
             in_cranium_frame: rest,
@@ -157,6 +190,7 @@ impl Rig {
             solved,
             tangent,
             work,
+            multigrid,
         })
     }
 
@@ -348,30 +382,57 @@ impl Rig {
         let change = Change::between(&state.parameters, pose);
         let moves_bones = state.parameters.jaw != pose.jaw || self.controls.moves(&change.controls);
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
-        if self.renew(state).is_ok()
-            && (known || (moves_bones && self.ensure_tangent(state).is_ok()))
-            && let Some(tangent) = &self.tangent
-            && let Ok(sensitivity) = Sensitivity::new(
-                &self.assembly,
-                &self.jaw,
-                &self.controls,
-                state,
-                &tangent.energy,
-                &tangent.factor,
-            )
-        {
-            let Change {
-                activations,
-                jaw,
-                controls,
-            } = &change;
-            let dz = sensitivity.in_cranium_frame(activations, jaw, controls);
-            for (z, d) in z.iter_mut().zip(dz) {
-                *z = std::array::from_fn(|i| z[i] + d[i]);
-            }
+        let moved = if self.renew(state).is_err() {
+            None
+        } else if known || (moves_bones && !self.multigrid) {
+            self.factored_change(state, &change)
+        } else if moves_bones {
+            self.iterated_change(state, &change)
+        } else {
+            None
+        };
+        for (z, d) in z.iter_mut().zip(moved.unwrap_or_default()) {
+            *z = std::array::from_fn(|i| z[i] + d[i]);
         }
         self.place_bones(&mut z, pose);
         z
+    }
+
+    /// dz of a change, by the factor of the stiffness.
+    fn factored_change(&mut self, state: &Equilibrium, change: &Change) -> Option<Vec<[f64; 3]>> {
+        self.ensure_tangent(state).ok()?;
+        let tangent = self.tangent.as_ref()?;
+        let Push { bones, mut force } = self.push(state, &tangent.energy, change)?;
+        tangent.factor.solve_in_place(&mut force);
+        Some(self.with_flesh(bones, &force))
+    }
+
+    /// dz of a change, by conjugate gradients.
+    fn iterated_change(&mut self, state: &Equilibrium, change: &Change) -> Option<Vec<[f64; 3]>> {
+        let energy = self.controls.of_energy(&state.parameters);
+        let Push { bones, force } = self.push(state, &energy, change)?;
+        let z = state.in_cranium_frame.clone();
+        let problem = Quasistatic::new(&self.assembly, z, energy).ok()?;
+        let (x, params) = (problem.unknowns(), &self.params.newton);
+        let newton = &mut self.newton;
+        let found = newton.linearized(&problem, &x, &force, PREDICTION, params);
+        Some(self.with_flesh(bones, &found.ok()?))
+    }
+
+    fn push(&self, state: &Equilibrium, energy: &[f64], change: &Change) -> Option<Push> {
+        let at = self.assembly.configuration(&state.in_cranium_frame, energy);
+        let loads = Loads {
+            assembly: &self.assembly,
+            at: at.ok()?,
+            jaw: &self.jaw,
+            controls: &self.controls,
+        };
+        Some(loads.push(&change.activations, &change.jaw, &change.controls))
+    }
+
+    fn with_flesh(&self, mut dz: Vec<[f64; 3]>, flesh: &[f64]) -> Vec<[f64; 3]> {
+        self.assembly.dofs().scatter(flesh, &mut dz);
+        dz
     }
 
     /// Prescribed nodes at their pose.
@@ -410,6 +471,7 @@ impl Rig {
             work.equilibria += 1;
             work.newton_steps += done.iterations;
             work.factorizations += done.info.map_or(0, |info| info.factorizations);
+            work.linear_iterations += done.info.map_or(0, |info| info.linear_iterations);
             return Ok(done.positions);
         }
         let problem = Quasistatic::new(assembly, guess, energy)?;
@@ -418,6 +480,7 @@ impl Rig {
         work.equilibria += 1;
         work.newton_steps += info.iterations;
         work.factorizations += info.factorizations;
+        work.linear_iterations += info.linear_iterations;
         Ok(problem.positions(&x))
     }
 

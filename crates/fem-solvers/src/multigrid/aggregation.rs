@@ -31,9 +31,7 @@ pub(super) fn aggregate<const D: usize>(
     let mut count = 0;
     for i in 0..n {
         let mut strong = strength.neighbors(i).peekable();
-        if of_row[i] == ALONE
-            && strong.peek().is_some()
-            && strong.all(|(j, _)| of_row[j] == ALONE)
+        if of_row[i] == ALONE && strong.peek().is_some() && strong.all(|(j, _)| of_row[j] == ALONE)
         {
             of_row[i] = count;
             strength.neighbors(i).for_each(|(j, _)| of_row[j] = count);

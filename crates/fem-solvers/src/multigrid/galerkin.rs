@@ -210,7 +210,11 @@ fn add_transposed_product<const D: usize, const K: usize>(
 fn fill_diagonal<const K: usize>(block: &mut [[f64; K]; K], kernel: &[[f64; K]; K]) {
     let known = (0..K).filter(|&k| kernel[k][k] != 0.0);
     let (sum, count) = known.fold((0.0, 0), |(s, n), k| (s + block[k][k], n + 1));
-    let size = if count > 0 { sum / f64::from(count) } else { 1.0 };
+    let size = if count > 0 {
+        sum / f64::from(count)
+    } else {
+        1.0
+    };
     for k in (0..K).filter(|&k| kernel[k][k] == 0.0) {
         block[k][k] = size;
     }

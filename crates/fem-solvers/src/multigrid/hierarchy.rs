@@ -67,6 +67,7 @@ pub struct Multigrid<const D: usize, const K: usize, T = f32> {
     params: MultigridParams,
     kernel: NearKernel,
     made: Option<Hierarchy<T, D, K>>,
+    usable: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -129,13 +130,22 @@ impl<T: LevelScalar, const D: usize, const K: usize> Level<T, D, K> {
         let omega = DAMPING / largest;
         self.prolongator
             .smooth(rows, matrix, &self.aggregates, &tentative, omega);
-        self.galerkin
-            .multiply(rows, matrix, &self.prolongator, &tentative, &mut self.coarse);
+        self.galerkin.multiply(
+            rows,
+            matrix,
+            &self.prolongator,
+            &tentative,
+            &mut self.coarse,
+        );
         Ok(tentative.coarse)
     }
 
     /// One V-cycle for `A x = b`: `b` is overwritten, `x` starts from zero.
-    fn cycle(&self, b: &mut [[T; D]], correct: impl FnOnce(&mut [[T; K]], &mut [[T; K]])) -> Vec<[T; D]> {
+    fn cycle(
+        &self,
+        b: &mut [[T; D]],
+        correct: impl FnOnce(&mut [[T; K]], &mut [[T; K]]),
+    ) -> Vec<[T; D]> {
         let zero = [T::default(); D];
         let n = b.len();
         let (mut x, mut z, mut spare) = (vec![zero; n], vec![zero; n], vec![zero; n]);
@@ -178,7 +188,9 @@ impl<T: LevelScalar, const D: usize, const K: usize> Hierarchy<T, D, K> {
                 break;
             }
             let mut level = Level::new(last, params)?;
-            if level.aggregates.count() as f64 > SLOWEST * rows as f64 || level.aggregates.count() == 0 {
+            if level.aggregates.count() as f64 > SLOWEST * rows as f64
+                || level.aggregates.count() == 0
+            {
                 break;
             }
             kernel = level.update(coarse.len() + 1, scale, last, &kernel)?;
@@ -195,6 +207,10 @@ impl<T: LevelScalar, const D: usize, const K: usize> Hierarchy<T, D, K> {
         };
         made.factor_bottom()?;
         Ok(made)
+    }
+
+    fn is_for(&self, matrix: &BlockSymmetric<D>) -> bool {
+        Arc::ptr_eq(&self.pattern, matrix.pattern()) || *self.pattern == **matrix.pattern()
     }
 
     fn refresh(
@@ -261,6 +277,7 @@ impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
             params,
             kernel,
             made: None,
+            usable: false,
         }
     }
 
@@ -274,9 +291,14 @@ impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
         self.made = None;
     }
 
-    /// What the last update made, `None` before.
+    /// Whether it was made for a matrix with this pattern, with values that served.
+    pub fn fits(&self, matrix: &BlockSymmetric<D>) -> bool {
+        self.usable && self.made.as_ref().is_some_and(|made| made.is_for(matrix))
+    }
+
+    /// What the last update made, `None` before and after one that failed.
     pub fn info(&self) -> Option<MultigridInfo> {
-        let made = self.made.as_ref()?;
+        let made = self.made.as_ref().filter(|_| self.usable)?;
         let mut rows = vec![made.fine.matrix.rows.len()];
         rows.extend(made.coarse.iter().map(|level| level.matrix.rows.len()));
         rows.push(made.bottom.symbolic().pattern().blocks());
@@ -294,7 +316,7 @@ impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
 impl<T: LevelScalar, const D: usize, const K: usize> Preconditioner for Multigrid<D, K, T> {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
         let scale = norm_inf(r);
-        let (Some(made), true) = (&self.made, scale != 0.0) else {
+        let (Some(made), true, true) = (&self.made, self.usable, scale != 0.0) else {
             z.fill(if scale == 0.0 { 0.0 } else { f64::NAN });
             return;
         };
@@ -314,17 +336,12 @@ impl<T: LevelScalar, const D: usize, const K: usize> MatrixPreconditioner<D>
     for Multigrid<D, K, T>
 {
     fn update(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), PreconditionerError> {
-        let made = match self.made.take() {
-            Some(mut made)
-                if Arc::ptr_eq(&made.pattern, matrix.pattern())
-                    || *made.pattern == **matrix.pattern() =>
-            {
-                made.refresh(matrix, &self.kernel)?;
-                made
-            }
-            _ => Hierarchy::build(matrix, &self.kernel, &self.params)?,
-        };
-        self.made = Some(made);
+        self.usable = false;
+        match &mut self.made {
+            Some(made) if made.is_for(matrix) => made.refresh(matrix, &self.kernel)?,
+            _ => self.made = Some(Hierarchy::build(matrix, &self.kernel, &self.params)?),
+        }
+        self.usable = true;
         Ok(())
     }
 }

@@ -41,7 +41,11 @@ fn add_columns<T: LevelScalar, const D: usize>(sum: &mut [T; LANES], block: &[T]
 
 /// How far behind a block its reader looks.
 const fn reach(d: usize) -> usize {
-    if d <= 4 { (d - 1) * d + 4 } else { (d - 1) * d + LANES }
+    if d <= 4 {
+        (d - 1) * d + 4
+    } else {
+        (d - 1) * d + LANES
+    }
 }
 
 impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
@@ -63,25 +67,23 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
         matrix: &BlockSymmetric<D>,
         scale: f64,
     ) -> Result<(), PreconditionerError> {
-        let pattern = matrix.pattern();
-        let zero = T::narrow(0.0);
-        self.inverse.clear();
-        for block in 0..pattern.blocks() {
-            let row = pattern.row_start()[block]..pattern.row_start()[block + 1];
-            let row = &matrix.values()[row];
-            if row.iter().flatten().flatten().any(|v| !v.is_finite()) {
-                return Err(PreconditionerError::NonFinite { block });
-            }
-            let inverse = small::inverse_positive_definite(matrix.diagonal_block(block))
-                .ok_or(PreconditionerError::NotPositiveDefinite { block })?;
-            let inverse = inverse.as_flattened().iter();
-            self.inverse.extend(inverse.map(|v| T::narrow(v / scale)));
-        }
-        self.inverse.resize(self.inverse.len() + LANES, zero);
+        let (n, zero) = (self.rows.len(), T::narrow(0.0));
+        self.inverse.resize(D * D * n + LANES, zero);
+        let inverse = &mut self.inverse[..D * D * n];
+        let tasks = self.rows.cut::<D, _>(inverse, |rows| D * D * rows.len());
+        map::<_, _, Vec<Result<(), PreconditionerError>>>(tasks, |(rows, out)| {
+            invert_diagonal(matrix, scale, rows, out)
+        })
+        .into_iter()
+        .collect::<Result<(), _>>()?;
         let length = D * D * self.rows.entries();
         self.values.resize(length + LANES, zero);
         let values = &mut self.values[..length];
-        self.rows.gather(matrix.values(), scale, values.as_chunks_mut().0.as_chunks_mut().0);
+        self.rows.gather(
+            matrix.values(),
+            scale,
+            values.as_chunks_mut().0.as_chunks_mut().0,
+        );
         Ok(())
     }
 
@@ -177,6 +179,28 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
         };
         self.each_row(z, tasks.map(task).collect());
     }
+}
+
+/// The inverses of some diagonal blocks of `scale · matrix`, after a look at their rows.
+fn invert_diagonal<T: LevelScalar, const D: usize>(
+    matrix: &BlockSymmetric<D>,
+    scale: f64,
+    rows: Range<usize>,
+    out: &mut [T],
+) -> Result<(), PreconditionerError> {
+    let start = matrix.pattern().row_start();
+    for (block, out) in rows.zip(out.chunks_exact_mut(D * D)) {
+        let row = &matrix.values()[start[block]..start[block + 1]];
+        if row.iter().flatten().flatten().any(|v| !v.is_finite()) {
+            return Err(PreconditionerError::NonFinite { block });
+        }
+        let inverse = small::inverse_positive_definite(matrix.diagonal_block(block))
+            .ok_or(PreconditionerError::NotPositiveDefinite { block })?;
+        for (out, value) in out.iter_mut().zip(inverse.as_flattened()) {
+            *out = T::narrow(value / scale);
+        }
+    }
+    Ok(())
 }
 
 /// What is done with the product of a row; `own` counts from the first row of the task.

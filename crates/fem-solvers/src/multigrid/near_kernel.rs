@@ -23,7 +23,9 @@ pub enum NearKernelError {
         expected: usize,
     },
     /// A vector of the wrong length.
-    #[error("vector {vector} of the near kernel has length {found}, the matrix has {expected} rows")]
+    #[error(
+        "vector {vector} of the near kernel has length {found}, the matrix has {expected} rows"
+    )]
     Length {
         /// Which vector.
         vector: usize,
@@ -86,9 +88,8 @@ impl NearKernel {
                 return Err(NearKernelError::NonFinite { vector, index });
             }
         }
-        let block = |i: usize| {
-            std::array::from_fn(|r| std::array::from_fn(|k| self.vectors[k][D * i + r]))
-        };
+        let block =
+            |i: usize| std::array::from_fn(|r| std::array::from_fn(|k| self.vectors[k][D * i + r]));
         Ok((0..rows).map(block).collect())
     }
 }

@@ -7,6 +7,8 @@ use super::tentative::Tentative;
 use crate::block_matrix::BlockSymmetric;
 use crate::parallel::map;
 use crate::small;
+use fem_kinematics::{Kernel, dispatch};
+use std::ops::Range;
 
 /// D×K blocks by rows, and for each coarse row the blocks in its column.
 #[derive(Clone, Debug)]
@@ -118,43 +120,90 @@ impl<T: LevelScalar, const D: usize, const K: usize> Prolongator<T, D, K> {
 
     /// `x = P e`
     pub fn prolong(&self, e: &[[T; K]], x: &mut [[T; D]]) {
-        let n = x.len();
-        let tasks = cut::<D, _>(n, x, |rows| rows.len());
+        let tasks = cut::<D, _>(x.len(), x, Range::len);
         let _: Vec<()> = map(tasks, |(rows, x)| {
-            for (i, x) in rows.zip(x) {
-                let mut sum = [T::default(); D];
-                let own = self.start[i]..self.start[i + 1];
-                for (block, &j) in self.values[own.clone()].iter().zip(&self.columns[own]) {
-                    let e = &e[j as usize];
-                    for r in 0..D {
-                        for k in 0..K {
-                            sum[r] += block[r][k] * e[k];
-                        }
-                    }
-                }
-                *x = sum;
-            }
+            dispatch(Prolong {
+                p: self,
+                e,
+                rows,
+                x,
+            });
         });
     }
 
     /// `e = Pᵀ r`
     pub fn restrict(&self, r: &[[T; D]], e: &mut [[T; K]]) {
-        let tasks = cut::<K, _>(self.coarse_rows(), e, |rows| rows.len());
+        let tasks = cut::<K, _>(self.coarse_rows(), e, Range::len);
         let _: Vec<()> = map(tasks, |(rows, e)| {
-            for (i, e) in rows.zip(e) {
-                let mut sum = [T::default(); K];
-                for &(row, entry) in &self.of_coarse[self.coarse_start[i]..self.coarse_start[i + 1]]
-                {
-                    let (block, r) = (&self.values[entry as usize], &r[row as usize]);
-                    for d in 0..D {
-                        for k in 0..K {
-                            sum[k] += block[d][k] * r[d];
-                        }
+            dispatch(Restrict {
+                p: self,
+                r,
+                rows,
+                e,
+            });
+        });
+    }
+}
+
+struct Prolong<'a, T, const D: usize, const K: usize> {
+    p: &'a Prolongator<T, D, K>,
+    e: &'a [[T; K]],
+    rows: Range<usize>,
+    x: &'a mut [[T; D]],
+}
+
+impl<T: LevelScalar, const D: usize, const K: usize> Kernel for Prolong<'_, T, D, K> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { p, e, rows, x } = self;
+        for (i, x) in rows.zip(x) {
+            // Products first, their sum over k last: whole registers as long as possible.
+            let mut products = [[T::default(); K]; D];
+            let own = p.start[i]..p.start[i + 1];
+            for (block, &j) in p.values[own.clone()].iter().zip(&p.columns[own]) {
+                let e = &e[j as usize];
+                for r in 0..D {
+                    for k in 0..K {
+                        products[r][k] += block[r][k] * e[k];
                     }
                 }
-                *e = sum;
             }
-        });
+            for r in 0..D {
+                let mut sum = T::default();
+                for k in 0..K {
+                    sum += products[r][k];
+                }
+                x[r] = sum;
+            }
+        }
+    }
+}
+
+struct Restrict<'a, T, const D: usize, const K: usize> {
+    p: &'a Prolongator<T, D, K>,
+    r: &'a [[T; D]],
+    rows: Range<usize>,
+    e: &'a mut [[T; K]],
+}
+
+impl<T: LevelScalar, const D: usize, const K: usize> Kernel for Restrict<'_, T, D, K> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { p, r, rows, e } = self;
+        for (i, e) in rows.zip(e) {
+            let mut sum = [T::default(); K];
+            for &(row, entry) in &p.of_coarse[p.coarse_start[i]..p.coarse_start[i + 1]] {
+                let (block, r) = (&p.values[entry as usize], &r[row as usize]);
+                for d in 0..D {
+                    for k in 0..K {
+                        sum[k] += block[d][k] * r[d];
+                    }
+                }
+            }
+            *e = sum;
+        }
     }
 }
 

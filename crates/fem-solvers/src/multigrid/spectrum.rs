@@ -85,7 +85,10 @@ fn dot<T: LevelScalar, const D: usize>(a: &[[T; D]], b: &[[T; D]]) -> f64 {
 fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
     let at = |k: usize| beside.get(k).copied().unwrap_or(0.0).abs();
     let left = |k: usize| if k > 0 { at(k - 1) } else { 0.0 };
-    let ends = diagonal.iter().enumerate().map(|(k, d)| d + at(k) + left(k));
+    let ends = diagonal
+        .iter()
+        .enumerate()
+        .map(|(k, d)| d + at(k) + left(k));
     let mut high = ends.fold(0.0_f64, f64::max);
     let mut low = diagonal.iter().fold(0.0_f64, |m, d| m.max(*d));
     for _ in 0..60 {
@@ -114,7 +117,10 @@ mod tests {
         for n in 1..20 {
             let angle = std::f64::consts::PI * n as f64 / (n + 1) as f64;
             let found = largest_of_tridiagonal(&vec![2.0; n], &vec![-1.0; n - 1]);
-            assert!((found - (2.0 - 2.0 * angle.cos())).abs() < 1e-12, "{n}: {found}");
+            assert!(
+                (found - (2.0 - 2.0 * angle.cos())).abs() < 1e-12,
+                "{n}: {found}"
+            );
         }
     }
 }

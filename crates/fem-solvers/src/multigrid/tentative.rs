@@ -70,3 +70,59 @@ fn orthonormal<const D: usize, const K: usize>(
     }
     (q, r)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ALONE, Aggregates, Tentative};
+
+    /// Rigid motions of scattered points in space.
+    fn motions(n: usize) -> Vec<[[f64; 6]; 3]> {
+        let motion = |p: [f64; 3]| {
+            [
+                [1.0, 0.0, 0.0, 0.0, p[2], -p[1]],
+                [0.0, 1.0, 0.0, -p[2], 0.0, p[0]],
+                [0.0, 0.0, 1.0, p[1], -p[0], 0.0],
+            ]
+        };
+        let point = |i: usize| {
+            [
+                3.0 + (i as f64).sin(),
+                (1.7 * i as f64).cos(),
+                0.1 * i as f64,
+            ]
+        };
+        (0..n).map(|i| motion(point(i))).collect()
+    }
+
+    #[test]
+    fn the_near_kernel_is_reproduced_and_columns_are_orthonormal() {
+        // Groups of five, two (no turn about their line), one (no turn at all), and a row alone.
+        let of_row = vec![0, 1, 0, 0, 2, 0, ALONE, 1, 0];
+        let members = vec![vec![0, 2, 3, 5, 8], vec![1, 7], vec![4]];
+        let aggregates = Aggregates { of_row, members };
+        let kernel = motions(9);
+        let made = Tentative::new(&aggregates, &kernel);
+        for (group, r) in aggregates.members.iter().zip(&made.coarse) {
+            let independent = (0..6).filter(|&k| r[k][k] != 0.0).count();
+            assert_eq!(independent, [0, 3, 5, 6][group.len().min(3)]);
+            for &i in group {
+                let (q, b) = (&made.blocks[i as usize], &kernel[i as usize]);
+                for d in 0..3 {
+                    for k in 0..6 {
+                        let product: f64 = (0..6).map(|m| q[d][m] * r[m][k]).sum();
+                        assert!((product - b[d][k]).abs() < 1e-13, "{product} {}", b[d][k]);
+                    }
+                }
+            }
+            for a in 0..6 {
+                for b in 0..6 {
+                    let rows = group.iter().flat_map(|&i| made.blocks[i as usize]);
+                    let product: f64 = rows.map(|row| row[a] * row[b]).sum();
+                    let expected = f64::from(u8::from(a == b && r[a][a] != 0.0));
+                    assert!((product - expected).abs() < 1e-13, "{a} {b}: {product}");
+                }
+            }
+        }
+        assert_eq!(made.blocks[6], [[0.0; 6]; 3]);
+    }
+}

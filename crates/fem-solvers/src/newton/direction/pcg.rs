@@ -67,6 +67,17 @@ pub(super) fn iterate<const D: usize>(
     dx: &mut [f64],
 ) -> Result<Descent, NewtonFailure> {
     dx.fill(0.0);
+    proceed(system, preconditioner, forcing, budget, dx)
+}
+
+/// The same from where `dx` stands.
+pub(super) fn proceed<const D: usize>(
+    system: &NewtonSystem<'_, D>,
+    preconditioner: &impl Preconditioner,
+    forcing: f64,
+    budget: usize,
+    dx: &mut [f64],
+) -> Result<Descent, NewtonFailure> {
     let params = PcgParams {
         relative_tolerance: forcing,
         max_iterations: budget,
