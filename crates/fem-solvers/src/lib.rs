@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `A x = b`, `A` a block matrix | [`CholeskyFactor`], once per matrix, on a [`SymbolicCholesky`] made once per pattern |
 //! | `A x = b`, `A` only known by its product | [`pcg()`], [`pcg_semidefinite`] with a [`Preconditioner`] |
+//! | the same for a large block matrix with a known near kernel | [`pcg()`] on a [`Multigrid`] hierarchy |
 //! | `min E(x)` | [`Newton`] on a [`NonlinearProblem`] |
 //! | a way too long for one solve | [`follow_path`] along a [`Path`], [`walk_load`] for a load |
 //! | `min ½‖r(θ)‖²`, bounds, priors, outliers | [`gauss_newton()`] on a [`LeastSquares`] problem |

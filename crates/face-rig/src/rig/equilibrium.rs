@@ -82,7 +82,8 @@ impl Default for RigParams {
         Self {
             newton,
             smallest_step: 1.0 / 256.0,
-            multigrid: MultigridUse::WhereCheaper,
+            // A fit factors every pose for its derivatives, which also predicts the next.
+            multigrid: MultigridUse::Never,
         }
     }
 }

@@ -6,8 +6,8 @@ use face_rig::fit::{
     CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{
-    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, Observation, Parameters,
-    PartError, Rig, RigError, RigParams,
+    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, MultigridUse, Observation,
+    Parameters, PartError, Rig, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
@@ -439,4 +439,30 @@ fn the_guess_for_a_pose_close_by_is_its_solution() {
     let before = rig.work().newton_steps;
     rig.solve(&pose).unwrap();
     assert_eq!(rig.work().newton_steps, before);
+}
+
+#[test]
+fn multigrid_finds_the_pose_that_factors_find() {
+    let pose = pose();
+    let solved = |multigrid| {
+        let mut rig = rig_of(
+            RigParams {
+                multigrid,
+                ..RigParams::default()
+            },
+            1.0,
+            1.0,
+        );
+        rig.solve(&pose).unwrap();
+        (rig.solved().positions(), rig.work())
+    };
+    let (never, always) = (solved(MultigridUse::Never), solved(MultigridUse::Always));
+    assert!(never.1.factorizations > 0 && never.1.linear_iterations == 0);
+    assert!(always.1.factorizations == 0 && always.1.linear_iterations > 0);
+    for (a, b) in never.0.iter().zip(&always.0) {
+        assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-9));
+    }
+    // So small a body is cheaper to factor.
+    let (counted, work) = solved(MultigridUse::WhereCheaper);
+    assert!(counted == never.0 && work.linear_iterations == 0);
 }

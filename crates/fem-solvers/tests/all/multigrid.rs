@@ -146,8 +146,9 @@ fn iterations_hardly_grow_with_the_number_of_unknowns() {
                 .iterations
         })
         .collect();
-    // Without coarse levels the last takes hundreds.
-    assert_eq!(counts, [0, 0, 0]);
+    // Block Jacobi alone takes hundreds, three times as many on the last as on the first.
+    let near = |(found, expected): (&usize, usize)| found.abs_diff(expected) <= 1;
+    assert!(counts.iter().zip([15, 17, 18]).all(near), "{counts:?}");
 }
 
 #[test]
@@ -214,11 +215,9 @@ fn an_update_is_a_new_one_where_the_aggregates_are_the_same() {
     let bar = bar(5, true);
     let mut multigrid = made::<f32>(&bar);
     let mut other = bar.matrix.clone();
-    // The same couplings, held a little more at every node in turn.
-    for i in 0..other.pattern().blocks() {
-        let k = other.pattern().diagonal(i);
-        other.values_mut()[k][i % 3][i % 3] += 1e-3 * (i % 7) as f64;
-    }
+    // Held a little more at one node: no coupling becomes the strongest by that.
+    let k = other.pattern().diagonal(100);
+    other.values_mut()[k][1][1] += 1e-3;
     let r = load(other.dim(), 1);
     let (mut before, mut updated, mut new) = (r.clone(), r.clone(), r.clone());
     multigrid.apply(&r, &mut before);
@@ -286,7 +285,7 @@ fn what_is_not_positive_definite_is_refused() {
 
     for bad in [f64::NAN, f64::INFINITY] {
         let mut broken = held.matrix.clone();
-        let k = broken.pattern().find(30, 29).unwrap();
+        let k = broken.pattern().row_start()[30];
         broken.values_mut()[k][0][2] = bad;
         let refused = multigrid_of(&held, &broken);
         assert_eq!(refused, Err(PreconditionerError::NonFinite { block: 30 }));

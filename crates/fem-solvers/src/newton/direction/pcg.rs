@@ -43,7 +43,10 @@ impl<P: MatrixPreconditioner<D> + Send + Sync, const D: usize> DescentDirection<
         match updated {
             Ok(()) => {}
             Err(
-                error @ (PreconditionerError::NonFinite { .. } | PreconditionerError::NeedsMatrix),
+                error @ (PreconditionerError::NonFinite { .. }
+                | PreconditionerError::NearKernel(_)
+                | PreconditionerError::Coarse(_)
+                | PreconditionerError::NeedsMatrix),
             ) => return Err(error.into()),
             // Without a definite preconditioner the matrix is indefinite or nearly so.
             Err(_) => return Ok(Descent::iterated(DescentOutcome::Indefinite, 0)),
