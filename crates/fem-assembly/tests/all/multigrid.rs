@@ -23,7 +23,7 @@ fn bar(n: usize) -> Assembly<3> {
     built(AssemblyBuilder::new(&mesh, dofs).unwrap())
 }
 
-fn built(builder: AssemblyBuilder<'_, 3>) -> Assembly<3> {
+fn built(builder: AssemblyBuilder<3>) -> Assembly<3> {
     builder.material(FLESH).unwrap().build().unwrap()
 }
 
