@@ -8,6 +8,7 @@ mod aggregation;
 mod galerkin;
 mod hierarchy;
 mod level;
+mod matrix;
 mod near_kernel;
 mod precision;
 mod prolongator;

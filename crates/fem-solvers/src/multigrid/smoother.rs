@@ -1,7 +1,7 @@
 //! Chebyshev iterations of the fourth kind on `D⁻¹A` (Lottes 2023): they need the largest eigenvalue
 //! alone, and damp the upper part of the spectrum as evenly as a polynomial can.
 
-use super::level::LevelMatrix;
+use super::matrix::LevelMatrix;
 use super::precision::LevelScalar;
 
 /// A polynomial in `D⁻¹A`, symmetric in the product of `A`.

@@ -1,6 +1,6 @@
 //! The largest eigenvalue of `D⁻¹A`.
 
-use super::level::LevelMatrix;
+use super::matrix::LevelMatrix;
 use super::precision::LevelScalar;
 
 /// Lanczos steps; the estimate is then low by a few percent, which the margin makes up for.
