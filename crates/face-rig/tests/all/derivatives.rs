@@ -10,7 +10,7 @@ use face_rig::rig::{
     Parameters, PartError, Rig, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty};
+use fem_assembly::{AssemblyBuilder, Dofs, Fiber, Obstacle, Penalty, Scaled, Springs};
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, StableNeoHookean, Stretch};
 use fem_solvers::{Damping, StepMethod};
@@ -155,6 +155,26 @@ fn a_pose_without_equilibrium_leaves_the_last_good_one_and_flesh_without_bones_i
         matches!(&error, RigError::Free(part) if part.nodes == 44 && part.motions.len() == 3),
         "{error}"
     );
+}
+
+#[test]
+fn flesh_that_springs_of_a_control_hold_is_no_free_flesh() {
+    let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
+    let flesh = StableNeoHookean {
+        mu: 1e4,
+        lambda: 9e4,
+    };
+    let rig = |held: usize| {
+        let ends = (0..held).map(|n| (n, mesh.node(n)));
+        let springs = Springs::at_nodes(ends, 50.0).unwrap();
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
+        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+        let builder = builder.material(flesh).unwrap();
+        let builder = builder.term(Scaled::new(springs, 0).unwrap()).unwrap();
+        Rig::new(builder.build().unwrap(), &[], RigParams::default())
+    };
+    rig(9).expect("springs hold it at 1");
+    assert!(matches!(rig(1), Err(RigError::Free(_))));
 }
 
 /// A pose with a cranium that is no rotation and a jaw that is turned, sheared and shifted.
