@@ -60,7 +60,7 @@ fn a_turned_free_body_resists_no_motion_of_its_near_kernel() {
     let size = stiffness.diagonal().iter().fold(0.0_f64, |m, v| m.max(*v));
     let mut force = vec![0.0; x.len()];
     for motion in kernel.vectors() {
-        assert!(motion.iter().any(|v| v.abs() >= 1.0));
+        assert!(motion.iter().any(|v| v.abs() > 0.4));
         stiffness.apply(motion, &mut force);
         assert!(force.iter().all(|f| f.abs() < 1e-12 * size));
     }
