@@ -165,7 +165,7 @@ fn flesh_that_springs_of_a_control_hold_is_no_free_flesh() {
         lambda: 9e4,
     };
     let rig = |held: usize| {
-        let ends = (0..held).map(|n| (n, mesh.node(n)));
+        let ends = (0..held).map(|n| (n, mesh.nodes()[n]));
         let springs = Springs::at_nodes(ends, 50.0).unwrap();
         let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
         let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
