@@ -46,6 +46,7 @@ mod quasistatic;
 mod renewal;
 mod renewing;
 mod rest;
+mod rigid_motions;
 mod scales;
 mod shape;
 mod sink;

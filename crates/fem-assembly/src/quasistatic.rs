@@ -3,8 +3,9 @@
 use crate::assembly::Assembly;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::rigid_motions::rigid_motions;
 use fem_materials::HessianProjection;
-use fem_solvers::{BlockPattern, BlockSymmetric, Merit, NonlinearProblem};
+use fem_solvers::{BlockPattern, BlockSymmetric, Merit, NearKernel, NonlinearProblem};
 use std::sync::Arc;
 
 /// The free nodes of an assembly, looking for the positions at which all forces on them vanish
@@ -154,6 +155,11 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         let mut floor = self.assembly.absolute_forces(at);
         floor.iter_mut().for_each(|f| *f *= 4.0 * f64::EPSILON);
         Some(floor)
+    }
+    /// The translations and the infinitesimal rotations of the free nodes where they are now, 3 in the
+    /// plane and 6 in space, zero at prescribed axes.
+    fn near_kernel(&self, x: &[f64]) -> NearKernel {
+        rigid_motions(self.assembly.dofs(), x)
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         let rest = self.assembly.rest();

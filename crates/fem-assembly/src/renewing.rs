@@ -5,8 +5,8 @@ use crate::error::AssemblyError;
 use crate::quasistatic::Quasistatic;
 use fem_materials::HessianProjection;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, Merit, Newton, NewtonError, NewtonFailure, NewtonInfo,
-    NewtonIteration, NewtonParams, NonlinearProblem,
+    BlockPattern, BlockSymmetric, Merit, NearKernel, Newton, NewtonError, NewtonFailure,
+    NewtonInfo, NewtonIteration, NewtonParams, NonlinearProblem,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -29,6 +29,8 @@ pub struct RenewedSolution<const D: usize> {
     pub iterations: usize,
     /// Numeric factorizations of all parts.
     pub factorizations: usize,
+    /// Conjugate gradient iterations of all parts.
+    pub linear_iterations: usize,
     /// How often stencils changed.
     pub renewals: usize,
     /// How often the solver had to be made again for a new pattern.
@@ -91,6 +93,7 @@ pub fn solve_renewing<const D: usize>(
         info: None,
         iterations: 0,
         factorizations: 0,
+        linear_iterations: 0,
         renewals: 0,
         analyses: 0,
     };
@@ -162,18 +165,21 @@ fn part<const D: usize>(
         Ok(info) => {
             done.iterations += info.iterations;
             done.factorizations += info.factorizations;
+            done.linear_iterations += info.linear_iterations;
             done.info = Some(info);
             Ok(true)
         }
         Err(mut error) => {
             done.iterations += error.iteration;
             done.factorizations += error.factorizations;
+            done.linear_iterations += error.linear_iterations;
             let refused = matches!(error.reason, NewtonFailure::LineSearchFailed { .. });
             if refused && covered.due.get() {
                 return Ok(false);
             }
             error.iteration = done.iterations;
             error.factorizations = done.factorizations;
+            error.linear_iterations = done.linear_iterations;
             Err(RenewingError::Newton {
                 source: error,
                 last: std::mem::take(&mut done.positions),
@@ -219,6 +225,9 @@ impl<const D: usize> NonlinearProblem<D> for Covered<'_, D> {
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.problem.gradient_rounding(x)
+    }
+    fn near_kernel(&self, x: &[f64]) -> NearKernel {
+        self.problem.near_kernel(x)
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
         self.problem.coordinates()

@@ -1,10 +1,12 @@
 //! Cholesky of a vector Laplacian on a bar of n × n × 4n cubes, six tetrahedra each, both ends held.
 //!
 //! `cargo run --release --example factor_bar -- 8 16 24` prints ordering, fill, and factor and solve
-//! times with one and two threads.
+//! times with one and two threads, and those of conjugate gradients on a multigrid hierarchy.
 
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, CholeskyFactor, LinearOperator, RefineParams, SymbolicCholesky,
+    AssumedPositiveDefinite, BlockPattern, BlockSymmetric, CholeskyFactor, LinearOperator,
+    MatrixPreconditioner, Multigrid, MultigridParams, NearKernel, PcgParams, RefineParams,
+    SymbolicCholesky, pcg,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -69,6 +71,53 @@ fn matrix(points: &[[f64; 3]], edges: &[(usize, usize)]) -> BlockSymmetric<3> {
         }
     }
     a
+}
+
+/// Translations and rotations.
+fn rigid(points: &[[f64; 3]]) -> NearKernel {
+    let mut vectors = vec![Vec::new(); 6];
+    for p in points {
+        for a in 0..3 {
+            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+            let (mut along, mut around) = ([0.0; 3], [0.0; 3]);
+            along[a] = 1.0;
+            (around[b], around[c]) = (-p[c], p[b]);
+            vectors[a].extend(along);
+            vectors[3 + a].extend(around);
+        }
+    }
+    NearKernel::new(vectors)
+}
+
+/// Conjugate gradients on a hierarchy, to 1e-10.
+fn multigrid(
+    a: &BlockSymmetric<3>,
+    points: &[[f64; 3]],
+    rhs: &[f64],
+    repeats: usize,
+    threads: usize,
+) {
+    let mut multigrid = Multigrid::<3, 6>::new(rigid(points), MultigridParams::default());
+    let (made, build) = seconds(|| multigrid.update(a));
+    made.expect("positive definite");
+    let renewal = best(repeats, || multigrid.update(a).expect("positive definite"));
+    let mut x = vec![0.0; rhs.len()];
+    let mut iterations = 0;
+    let op = AssumedPositiveDefinite(a);
+    let solve = best(repeats, || {
+        x.fill(0.0);
+        let info = pcg(&op, &multigrid, rhs, &mut x, &PcgParams::default());
+        iterations = info.map_or(0, |info| info.iterations);
+    });
+    let info = multigrid.info().expect("just made");
+    println!(
+        "  {threads} thread(s): multigrid {:?} rows, complexity {:.2}: made in {:.2} ms, renewed in {:.2} ms, {iterations} iterations in {:.2} ms",
+        info.rows,
+        info.operator_complexity,
+        1e3 * build,
+        1e3 * renewal,
+        1e3 * solve
+    );
 }
 
 fn seconds<R>(f: impl FnOnce() -> R) -> (R, f64) {
@@ -145,6 +194,7 @@ fn main() {
                 let refine = best(repeats, || {
                     info = small.solve_refined(&a, &rhs, &mut x, &RefineParams { relative_tolerance: 1e-10, ..Default::default() }).ok();
                 });
+                multigrid(&a, &points, &rhs, repeats, threads);
                 let spmv = best(20, || a.apply(&x, &mut y));
                 println!("  {threads} thread(s): f64 factor {:8.2} ms ({:5.1} GF/s), solve {:6.2} ms, 40 columns {:7.2} ms, residual {residual:.1e}", 1e3 * t64, symbolic.flops() / t64 / 1e9, 1e3 * t1, 1e3 * t40);
                 println!("               f32 factor {:8.2} ms, refined solve {:6.2} ms in {:?} iterations; A x {:.3} ms", 1e3 * t32, 1e3 * refine, info.map(|i| i.iterations), 1e3 * spmv);

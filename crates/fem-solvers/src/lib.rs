@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `A x = b`, `A` a block matrix | [`CholeskyFactor`], once per matrix, on a [`SymbolicCholesky`] made once per pattern |
 //! | `A x = b`, `A` only known by its product | [`pcg()`], [`pcg_semidefinite`] with a [`Preconditioner`] |
+//! | the same for a large block matrix with a known near kernel | [`pcg()`] on a [`Multigrid`] hierarchy |
 //! | `min E(x)` | [`Newton`] on a [`NonlinearProblem`] |
 //! | a way too long for one solve | [`follow_path`] along a [`Path`], [`walk_load`] for a load |
 //! | `min ½‖r(θ)‖²`, bounds, priors, outliers | [`gauss_newton()`] on a [`LeastSquares`] problem |
@@ -70,6 +71,7 @@ mod cholesky;
 mod continuation;
 mod dense_qr;
 mod gauss_newton;
+mod multigrid;
 mod newton;
 mod operator;
 mod ordering;
@@ -92,11 +94,14 @@ pub use gauss_newton::{
     GaussNewtonParams, GaussNewtonStop, LeastSquares, Loss, Prior, StepMethod, gauss_newton,
     gauss_newton_observed,
 };
+pub use multigrid::{
+    LevelScalar, Multigrid, MultigridInfo, MultigridParams, NearKernel, NearKernelError,
+};
 pub use newton::{
     Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,
-    Merit, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration, NewtonParams,
-    NewtonSystem, NonlinearProblem, PcgDirection, PreconditionerChoice, ProjectionPolicy,
-    StopReason, Tangent,
+    Merit, MultigridDirection, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
+    NewtonParams, NewtonSystem, NonlinearProblem, PcgDirection, PreconditionerChoice,
+    ProjectionPolicy, StopReason, Tangent,
 };
 pub use operator::{
     AssumedPositiveDefinite, LinearOperator, MatrixPreconditioner, Preconditioner, Structure,

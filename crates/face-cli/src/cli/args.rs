@@ -115,12 +115,26 @@ pub struct PoseArgs {
     pub jaw_shift: Option<String>,
 }
 
+/// When the equilibrium is found by conjugate gradients on a multigrid hierarchy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Multigrid {
+    /// Where that takes fewer operations than factorizations.
+    Auto,
+    /// Always.
+    Always,
+    /// Never: every Newton step is factored.
+    Never,
+}
+
 #[derive(clap::Args, Debug)]
 pub struct SimulateArgs {
     /// Scene file, `builtin` or `builtin:TETS`.
     pub scene: String,
     #[command(flatten)]
     pub pose: PoseArgs,
+    /// When a multigrid hierarchy is used in place of factorizations; the shape is the same.
+    #[arg(long, default_value = "auto")]
+    pub multigrid: Multigrid,
 }
 
 #[derive(clap::Args, Debug)]

@@ -1,12 +1,12 @@
 //! `face-rig simulate`.
 
-use super::args::{Format, OutputArgs, Pictures, SimulateArgs};
+use super::args::{Format, Multigrid, OutputArgs, Pictures, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
 use super::error::{Failure, Unsolved};
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{named_controls, open, pose};
-use face_rig::rig::{AffineMap, Parameters, Rig, RigError, RigParams};
+use face_rig::rig::{AffineMap, MultigridUse, Parameters, Rig, RigError, RigParams};
 use face_scenes::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -16,8 +16,16 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
     let source = open(&args.scene)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
+    let params = RigParams {
+        multigrid: match args.multigrid {
+            Multigrid::Auto => MultigridUse::WhereCheaper,
+            Multigrid::Always => MultigridUse::Always,
+            Multigrid::Never => MultigridUse::Never,
+        },
+        ..RigParams::default()
+    };
     let mut out = Output::prepare(output)?;
-    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    let mut rig = out.phase("assembly", || scene.rig(params))?;
     let bar = spinner("looking for the equilibrium");
     let solved = out.phase("equilibrium", || rig.solve(&parameters).cloned());
     bar.finish_and_clear();
@@ -109,7 +117,7 @@ impl Found {
             "jaw_torques_newton_meters": self.torques.iter().cloned().collect::<BTreeMap<_, _>>(),
             "energy_joules": self.energy,
             "newton_steps": work.newton_steps, "equilibria": work.equilibria,
-            "factorizations": work.factorizations,
+            "factorizations": work.factorizations, "linear_iterations": work.linear_iterations,
             "smallest_det_F": self.smallest, "inverted_tets": self.inverted,
             "largest_displacement_mm": self.largest_mm,
         })

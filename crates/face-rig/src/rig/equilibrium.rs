@@ -1,15 +1,17 @@
 //! x(θ): the equilibrium shape of a pose.
 
+mod prediction;
+
+use self::prediction::Change;
 use super::control::{Control, Controls};
 use super::error::{PartError, RigError};
 use super::jacobian::Sensitivity;
 use super::parameters::Parameters;
-use crate::anatomy::AffineMap;
 use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
 use fem_solvers::{
-    BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver, Newton,
-    NewtonParams, Path, ProjectionPolicy, follow_path,
+    BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
+    MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, follow_path,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,7 +30,12 @@ pub struct Rig {
     solved: Equilibrium,
     tangent: Option<Tangent>,
     work: Work,
+    /// Are equilibria found by [`Multilevel`]?
+    multigrid: bool,
 }
+
+/// Three axes, six rigid motions.
+type Multilevel = MultigridDirection<3, 6>;
 
 /// A pose with its factored stiffness: neighboring poses start from its prediction.
 struct Tangent {
@@ -47,6 +54,20 @@ pub struct RigParams {
     pub smallest_step: f64,
     /// An equilibrium with an element inside out that has a free node is none.
     pub refuses_inverted: bool,
+    /// Whether equilibria are found with conjugate gradients on a multigrid hierarchy in place of
+    /// [`NewtonParams::linear_solver`]; derivatives are factored in any case.
+    pub multigrid: MultigridUse,
+}
+
+/// When a rig uses [`MultigridDirection`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MultigridUse {
+    /// Where a step of it takes fewer operations than a factorization, by the counts of the analysis.
+    WhereCheaper,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 impl Default for RigParams {
@@ -65,6 +86,8 @@ impl Default for RigParams {
             newton,
             smallest_step: 1.0 / 256.0,
             refuses_inverted: false,
+            // A fit factors every pose for its derivatives, which also predicts the next.
+            multigrid: MultigridUse::Never,
         }
     }
 }
@@ -97,6 +120,8 @@ pub struct Work {
     pub newton_steps: usize,
     /// Numeric factorizations.
     pub factorizations: usize,
+    /// Conjugate gradient iterations.
+    pub linear_iterations: usize,
     /// Time in equilibria.
     pub equilibrium_time: Duration,
     /// Time in derivatives.
@@ -139,11 +164,18 @@ impl Rig {
         {
             return Err(RigError::Free(part));
         }
-        let newton = Newton::new(&Quasistatic::new(
-            &assembly,
-            rest.clone(),
-            parameters.activations.clone(),
-        )?);
+        let problem = Quasistatic::new(&assembly, rest.clone(), parameters.activations.clone())?;
+        let mut newton = Newton::new(&problem);
+        let multigrid = match params.multigrid {
+            MultigridUse::Always => true,
+            MultigridUse::Never => false,
+            MultigridUse::WhereCheaper => newton
+                .symbolic()
+                .is_some_and(|symbolic| Multilevel::is_cheaper_than(symbolic)),
+        };
+        if multigrid {
+            newton = newton.directed_by(Multilevel::new(MultigridParams::default()));
+        }
         let solved = Equilibrium {
             parameters,
             in_cranium_frame: rest,
@@ -160,6 +192,7 @@ impl Rig {
             solved,
             tangent,
             work,
+            multigrid,
         })
     }
 
@@ -344,72 +377,6 @@ impl Rig {
         Ok(())
     }
 
-    /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
-    /// tangent does not exist the flesh stays. Muscles may bend the way so much that it is better
-    /// to follow the bones alone.
-    fn predict(&mut self, state: &Equilibrium, pose: &Parameters) -> Vec<[f64; 3]> {
-        let stays = self.with_bones(state.in_cranium_frame.clone(), pose);
-        let change = Change::between(&state.parameters, pose);
-        let moves_bones = state.parameters.jaw != pose.jaw || self.controls.moves(&change.controls);
-        let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
-        let wanted = self.renew(state).is_ok()
-            && (known || (moves_bones && self.ensure_tangent(state).is_ok()));
-        let Some(tangent) = self.tangent.as_ref().filter(|_| wanted) else {
-            return stays;
-        };
-        let sensitivity = Sensitivity::new(
-            &self.assembly,
-            &self.jaw,
-            &self.controls,
-            state,
-            &tangent.energy,
-            &tangent.factor,
-        );
-        let Ok(sensitivity) = sensitivity else {
-            return stays;
-        };
-        let along = |change: &Change| {
-            let dz =
-                sensitivity.in_cranium_frame(&change.activations, &change.jaw, &change.controls);
-            let moved = state.in_cranium_frame.iter().zip(dz);
-            let moved = moved.map(|(z, d)| std::array::from_fn(|i| z[i] + d[i]));
-            self.with_bones(moved.collect(), pose)
-        };
-        let whole = along(&change);
-        let of_bones = Change {
-            activations: vec![0.0; change.activations.len()],
-            controls: self.controls.only_moves(&change.controls),
-            ..change
-        };
-        if of_bones.activations == change.activations && of_bones.controls == change.controls {
-            return whole;
-        }
-        let guesses = match moves_bones {
-            true => vec![whole, along(&of_bones)],
-            false => vec![whole, stays],
-        };
-        self.least_energy(guesses, pose)
-    }
-
-    /// The guess that is closest to an equilibrium; the first where none has an energy.
-    fn least_energy(&self, mut guesses: Vec<Vec<[f64; 3]>>, pose: &Parameters) -> Vec<[f64; 3]> {
-        let controls = self.controls.of_energy(pose);
-        let (mut least, mut best) = (f64::INFINITY, 0);
-        for (k, z) in guesses.iter().enumerate() {
-            let at = self.assembly.configuration(z, &controls);
-            let energy = at.map_or(f64::INFINITY, |at| self.assembly.energy(at));
-            if energy < least {
-                (least, best) = (energy, k);
-            }
-        }
-        guesses.swap_remove(best)
-    }
-
-    fn with_bones(&self, mut z: Vec<[f64; 3]>, pose: &Parameters) -> Vec<[f64; 3]> {
-        self.place_bones(&mut z, pose);
-        z
-    }
-
     /// Prescribed nodes at their pose.
     fn place_bones(&self, z: &mut [[f64; 3]], pose: &Parameters) {
         let rest = self.assembly.rest();
@@ -447,12 +414,14 @@ impl Rig {
                 Ok(done) => {
                     work.newton_steps += done.iterations;
                     work.factorizations += done.factorizations;
+                    work.linear_iterations += done.linear_iterations;
                     done.positions
                 }
                 Err(error) => {
                     if let RenewingError::Newton { source, .. } = &error {
                         work.newton_steps += source.iteration;
                         work.factorizations += source.factorizations;
+                        work.linear_iterations += source.linear_iterations;
                     }
                     return Err(error.into());
                 }
@@ -460,13 +429,18 @@ impl Rig {
         } else {
             let problem = Quasistatic::new(assembly, guess, energy)?;
             let mut x = problem.unknowns();
-            let (steps, factorizations, end) = match newton.solve(&problem, &mut x, &params.newton)
-            {
-                Ok(info) => (info.iterations, info.factorizations, Ok(())),
-                Err(error) => (error.iteration, error.factorizations, Err(error)),
+            let end = newton.solve(&problem, &mut x, &params.newton);
+            let (steps, factorizations, linear_iterations) = match &end {
+                Ok(info) => (info.iterations, info.factorizations, info.linear_iterations),
+                Err(error) => (
+                    error.iteration,
+                    error.factorizations,
+                    error.linear_iterations,
+                ),
             };
             work.newton_steps += steps;
             work.factorizations += factorizations;
+            work.linear_iterations += linear_iterations;
             end?;
             problem.positions(&x)
         };
@@ -570,24 +544,5 @@ impl Path for Walk<'_> {
         let guess = std::mem::take(&mut state.in_cranium_frame);
         state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
         Ok(())
-    }
-}
-
-/// What changes the shape in the cranium's frame on the way between two poses.
-struct Change {
-    activations: Vec<f64>,
-    jaw: AffineMap,
-    controls: Vec<f64>,
-}
-
-impl Change {
-    fn between(from: &Parameters, to: &Parameters) -> Self {
-        let (a, b) = (from.jaw.to_array(), to.jaw.to_array());
-        let less = |b: &[f64], a: &[f64]| b.iter().zip(a).map(|(b, a)| b - a).collect();
-        Self {
-            activations: less(&to.activations, &from.activations),
-            controls: less(&to.controls, &from.controls),
-            jaw: AffineMap::from_array(std::array::from_fn(|k| b[k] - a[k])),
-        }
     }
 }

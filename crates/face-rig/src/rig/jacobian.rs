@@ -2,10 +2,10 @@
 
 use super::control::Controls;
 use super::equilibrium::Equilibrium;
+use super::loads::Loads;
 use super::observation::Observation;
 use super::parameters::Direction;
-use crate::anatomy::AffineMap;
-use fem_assembly::{Assembly, AssemblyError, Configuration};
+use fem_assembly::{Assembly, AssemblyError};
 use fem_solvers::CholeskyFactor;
 use fem_solvers::parallel;
 
@@ -21,10 +21,7 @@ pub enum JacobianRoute {
 /// The implicit derivative at an equilibrium, with the stiffness K = ∂²E/∂z^U∂z^U factored.
 #[derive(Debug)]
 pub struct Sensitivity<'a> {
-    assembly: &'a Assembly<3>,
-    at: Configuration<'a, 3>,
-    jaw: &'a [u32],
-    controls: &'a Controls,
+    loads: Loads<'a>,
     solved: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
     factor: &'a CholeskyFactor<f64, 3>,
@@ -40,10 +37,12 @@ impl<'a> Sensitivity<'a> {
         factor: &'a CholeskyFactor<f64, 3>,
     ) -> Result<Self, AssemblyError> {
         Ok(Self {
-            assembly,
-            at: assembly.configuration(&solved.in_cranium_frame, energy)?,
-            jaw,
-            controls,
+            loads: Loads {
+                assembly,
+                at: assembly.configuration(&solved.in_cranium_frame, energy)?,
+                jaw,
+                controls,
+            },
             solved,
             positions: solved.positions(),
             factor,
@@ -72,58 +71,23 @@ impl<'a> Sensitivity<'a> {
         }
     }
 
-    /// dz for one change of activations, jaw and controls together, by a single solve.
-    pub(super) fn in_cranium_frame(
-        &self,
-        activations: &[f64],
-        jaw: &AffineMap,
-        controls: &[f64],
-    ) -> Vec<[f64; 3]> {
-        let mut dz = self.bone_motion(&Direction::Jaw(*jaw));
-        let mut force = vec![0.0; self.assembly.dofs().unknowns()];
-        let mut unit = vec![0.0; force.len()];
-        let muscles = activations.iter().enumerate();
-        let muscles = muscles.map(|(m, c)| (Direction::Activation(m), *c));
-        let numbers = controls.iter().enumerate();
-        let numbers = numbers.map(|(k, c)| (Direction::Control(k), *c));
-        for (direction, change) in muscles.chain(numbers).filter(|(_, c)| *c != 0.0) {
-            match self.of_energy(&direction) {
-                Some(_) => self.load(&direction, &mut unit),
-                None => {
-                    self.add_motion(&direction, change, &mut dz);
-                    continue;
-                }
-            }
-            force
-                .iter_mut()
-                .zip(&unit)
-                .for_each(|(f, u)| *f += change * u);
-        }
-        self.assembly.hessian_vector(self.at, &dz, &mut unit);
-        force.iter_mut().zip(&unit).for_each(|(f, u)| *f += u);
-        self.factor.solve_in_place(&mut force);
-        force.iter_mut().for_each(|f| *f = -*f);
-        self.assembly.dofs().scatter(&force, &mut dz);
-        dz
-    }
-
     /// dx for each direction, at every node.
     pub fn columns(&self, directions: &[Direction]) -> Vec<Vec<[f64; 3]>> {
-        let n = self.assembly.dofs().unknowns();
+        let n = self.loads.assembly.dofs().unknowns();
         let solving: Vec<usize> = (0..directions.len())
             .filter(|&k| !matches!(directions[k], Direction::Cranium(_)))
             .collect();
         let mut block = vec![0.0; n * solving.len()];
         if n > 0 {
             let tasks = block.chunks_exact_mut(n).zip(&solving);
-            parallel::each(tasks, |(rhs, &k)| self.load(&directions[k], rhs));
+            parallel::each(tasks, |(rhs, &k)| self.loads.load(&directions[k], rhs));
             self.factor.solve_many(&mut block, solving.len());
         }
         let mut next = 0;
         directions
             .iter()
             .map(|direction| {
-                let mut dz = self.bone_motion(direction);
+                let mut dz = self.loads.bone_motion(direction);
                 match direction {
                     Direction::Cranium(d) => self
                         .solved
@@ -135,7 +99,7 @@ impl<'a> Sensitivity<'a> {
                         let column: Vec<f64> =
                             block[next * n..(next + 1) * n].iter().map(|v| -v).collect();
                         next += 1;
-                        self.assembly.dofs().scatter(&column, &mut dz);
+                        self.loads.assembly.dofs().scatter(&column, &mut dz);
                         let cranium = &self.solved.parameters.cranium;
                         dz.iter().map(|&d| cranium.rotate(d)).collect()
                     }
@@ -193,7 +157,7 @@ impl<'a> Sensitivity<'a> {
             parameters,
             in_cranium_frame,
         } = self.solved;
-        let n = self.assembly.dofs().unknowns();
+        let n = self.loads.assembly.dofs().unknowns();
         let in_frame: Vec<Vec<[f64; 3]>> = seen
             .iter()
             .map(|w| {
@@ -204,19 +168,19 @@ impl<'a> Sensitivity<'a> {
             .collect();
         let mut multipliers: Vec<f64> = in_frame
             .iter()
-            .flat_map(|w| self.assembly.dofs().gather(w))
+            .flat_map(|w| self.loads.assembly.dofs().gather(w))
             .collect();
         self.factor.solve_many(&mut multipliers, seen.len());
         let force = |k: usize| {
-            self.of_energy(&directions[k])?;
+            self.loads.of_energy(&directions[k])?;
             let mut force = vec![0.0; n];
-            self.load(&directions[k], &mut force);
+            self.loads.load(&directions[k], &mut force);
             Some(force)
         };
         let forces: Vec<Option<Vec<f64>>> = parallel::indexed(directions.len(), force);
         let moves = |d: &Direction| match d {
             Direction::Jaw(_) => true,
-            Direction::Control(_) => self.of_energy(d).is_none(),
+            Direction::Control(_) => self.loads.of_energy(d).is_none(),
             Direction::Activation(_) | Direction::Cranium(_) => false,
         };
         let moves_bones = directions.iter().any(moves);
@@ -224,8 +188,10 @@ impl<'a> Sensitivity<'a> {
             let multiplier = &multipliers[k * n..(k + 1) * n];
             let through_flesh = moves_bones.then(|| {
                 let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
-                self.assembly.dofs().scatter(multiplier, &mut field);
-                self.assembly.hessian_vector_everywhere(self.at, &field)
+                self.loads.assembly.dofs().scatter(multiplier, &mut field);
+                self.loads
+                    .assembly
+                    .hessian_vector_everywhere(self.loads.at, &field)
             });
             let pulled = Pulled {
                 seen: &seen[k],
@@ -250,13 +216,13 @@ impl<'a> Sensitivity<'a> {
             (Direction::Jaw(d), _) => {
                 let bone = |&node: &u32| {
                     let node = node as usize;
-                    let moved = d.apply(self.assembly.rest()[node]);
+                    let moved = d.apply(self.loads.assembly.rest()[node]);
                     dot(pulled.in_frame[node], moved) - dot(pulled.through_flesh[node], moved)
                 };
-                self.jaw.iter().map(bone).sum()
+                self.loads.jaw.iter().map(bone).sum()
             }
             (Direction::Control(c), None) => {
-                let moved = self.controls.motion(*c).iter();
+                let moved = self.loads.controls.motion(*c).iter();
                 let felt = moved.map(|&(node, axis, meters)| {
                     let (own, back) = (pulled.in_frame[node], pulled.through_flesh[node]);
                     (own[axis] - back[axis]) * meters
@@ -268,51 +234,6 @@ impl<'a> Sensitivity<'a> {
                 -all.map(|(m, f)| m * f).sum::<f64>()
             }
         }
-    }
-
-    /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
-    fn load(&self, direction: &Direction, rhs: &mut [f64]) {
-        match direction {
-            Direction::Cranium(_) => rhs.fill(0.0),
-            _ => match self.of_energy(direction) {
-                Some(control) => self.assembly.control_gradient(self.at, control, rhs),
-                None => self
-                    .assembly
-                    .hessian_vector(self.at, &self.bone_motion(direction), rhs),
-            },
-        }
-    }
-
-    /// The control of the assembly's energy that a direction is, if it is one.
-    fn of_energy(&self, direction: &Direction) -> Option<usize> {
-        match direction {
-            Direction::Activation(muscle) => Some(*muscle),
-            Direction::Control(control) => self.controls.place(*control),
-            Direction::Cranium(_) | Direction::Jaw(_) => None,
-        }
-    }
-
-    /// Adds a motion's dz^C.
-    fn add_motion(&self, direction: &Direction, change: f64, dz: &mut [[f64; 3]]) {
-        if let Direction::Control(control) = direction {
-            for &(node, axis, meters) in self.controls.motion(*control) {
-                dz[node][axis] += change * meters;
-            }
-        }
-    }
-
-    /// dz^C of a direction; zero at the free nodes.
-    fn bone_motion(&self, direction: &Direction) -> Vec<[f64; 3]> {
-        let rest = self.assembly.rest();
-        let mut dz = vec![[0.0; 3]; rest.len()];
-        if let Direction::Jaw(d) = direction {
-            let d: &AffineMap = d;
-            for &node in self.jaw {
-                dz[node as usize] = d.apply(rest[node as usize]);
-            }
-        }
-        self.add_motion(direction, 1.0, &mut dz);
-        dz
     }
 }
 

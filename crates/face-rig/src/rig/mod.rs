@@ -4,12 +4,13 @@ mod control;
 mod equilibrium;
 mod error;
 mod jacobian;
+mod loads;
 mod observation;
 mod parameters;
 
 pub use crate::anatomy::AffineMap;
 pub use control::{Control, Effect};
-pub use equilibrium::{Equilibrium, Rig, RigParams, Work};
+pub use equilibrium::{Equilibrium, MultigridUse, Rig, RigParams, Work};
 pub use error::{PartError, RigError};
 pub use jacobian::{JacobianRoute, Sensitivity};
 pub use observation::{AllNodes, EmbeddedPoints, Observation};

@@ -6,8 +6,8 @@ use face_rig::fit::{
     CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{
-    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, Observation, Parameters,
-    PartError, Rig, RigError, RigParams,
+    AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, MultigridUse, Observation,
+    Parameters, PartError, Rig, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty, Scaled, Springs};
@@ -158,6 +158,34 @@ fn a_pose_without_equilibrium_leaves_the_last_good_one_and_flesh_without_bones_i
         matches!(&error, RigError::Free(part) if part.nodes == 44 && part.motions.len() == 3),
         "{error}"
     );
+}
+
+/// The jaw's plate goes through the cranium's: forces vanish with the flesh inside out.
+#[test]
+fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
+    let through = || {
+        let mut pose = Parameters::rest(MUSCLES);
+        pose.jaw.translation[2] = -0.12;
+        pose
+    };
+    let mut allowed = rig_of(RigParams::default(), 1.0, 1.0);
+    let shape = allowed.solve(&through()).unwrap().in_cranium_frame.clone();
+    let ratios = allowed.assembly().volume_ratios(&shape);
+    assert!(ratios.iter().any(|ratio| *ratio < 0.0));
+    let params = RigParams {
+        refuses_inverted: true,
+        ..RigParams::default()
+    };
+    let error = rig_of(params, 1.0, 1.0).solve(&through()).unwrap_err();
+    let RigError::NoEquilibrium { last, source, .. } = error else {
+        panic!("{error}");
+    };
+    assert!(
+        matches!(*source, PartError::Inverted { ratio, .. } if ratio <= 0.0),
+        "{source}"
+    );
+    let ratios = allowed.assembly().volume_ratios(&last.in_cranium_frame);
+    assert!(ratios.iter().all(|ratio| *ratio > 0.0));
 }
 
 #[test]
@@ -462,4 +490,30 @@ fn the_guess_for_a_pose_close_by_is_its_solution() {
     let before = rig.work().newton_steps;
     rig.solve(&pose).unwrap();
     assert_eq!(rig.work().newton_steps, before);
+}
+
+#[test]
+fn multigrid_finds_the_pose_that_factors_find() {
+    let pose = pose();
+    let solved = |multigrid| {
+        let mut rig = rig_of(
+            RigParams {
+                multigrid,
+                ..RigParams::default()
+            },
+            1.0,
+            1.0,
+        );
+        rig.solve(&pose).unwrap();
+        (rig.solved().positions(), rig.work())
+    };
+    let (never, always) = (solved(MultigridUse::Never), solved(MultigridUse::Always));
+    assert!(never.1.factorizations > 0 && never.1.linear_iterations == 0);
+    assert!(always.1.factorizations == 0 && always.1.linear_iterations > 0);
+    for (a, b) in never.0.iter().zip(&always.0) {
+        assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-9));
+    }
+    // So small a body is cheaper to factor.
+    let (counted, work) = solved(MultigridUse::WhereCheaper);
+    assert!(counted == never.0 && work.linear_iterations == 0);
 }

@@ -7,6 +7,7 @@ mod hertz;
 mod incompressible;
 mod loads;
 mod meaning;
+mod multigrid;
 mod own_solution;
 mod promise;
 mod quadratic;

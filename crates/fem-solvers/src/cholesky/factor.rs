@@ -97,6 +97,26 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         Ok(())
     }
 
+    /// The smallest share of a diagonal entry of `matrix`, which was factored, that was left as its
+    /// pivot: about the rounding of the factor's precision where the matrix is singular.
+    pub(crate) fn weakest_pivot(&self, matrix: &BlockSymmetric<D>) -> f64 {
+        let symbolic = &*self.symbolic;
+        let mut weakest = 1.0_f64;
+        for node in &symbolic.supernodes {
+            let height = D * node.height();
+            for k in 0..D * node.width() {
+                let row = symbolic.permutation.order()[node.columns.start + k / D] as usize;
+                let pivot = self.panels[node.panel + k * height + k].to_f64();
+                let share = pivot * pivot / matrix.diagonal_block(row)[k % D][k % D];
+                // NaN is the weakest of all.
+                if !(share >= weakest) {
+                    weakest = share;
+                }
+            }
+        }
+        weakest
+    }
+
     /// The analysis this factor was made with.
     pub fn symbolic(&self) -> &Arc<SymbolicCholesky<D>> {
         &self.symbolic

@@ -12,7 +12,9 @@ mod solve;
 mod tangent;
 mod target;
 
-pub use direction::{Descent, DescentDirection, DescentOutcome, NewtonSystem, PcgDirection};
+pub use direction::{
+    Descent, DescentDirection, DescentOutcome, MultigridDirection, NewtonSystem, PcgDirection,
+};
 pub use fem_kinematics::HessianProjection;
 pub use params::{
     LineSearchParams, LinearSolver, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,

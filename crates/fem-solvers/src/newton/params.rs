@@ -331,6 +331,8 @@ pub struct NewtonError {
     pub iteration: usize,
     /// Numeric factorizations done.
     pub factorizations: usize,
+    /// Conjugate gradient iterations, all steps together.
+    pub linear_iterations: usize,
     /// The last step taken, if any was.
     pub last: Option<Box<NewtonIteration>>,
     /// Energy of the last accepted state.

@@ -1,6 +1,7 @@
 //! What Newton's method asks of a problem.
 
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
+use crate::multigrid::NearKernel;
 use crate::operator::LinearOperator;
 use fem_kinematics::HessianProjection;
 use std::sync::Arc;
@@ -72,6 +73,13 @@ pub trait NonlinearProblem<const D: usize> {
     /// [`StopReason::Rounding`](super::StopReason::Rounding).
     fn gradient_rounding(&self, _x: &[f64]) -> Option<Vec<f64>> {
         None
+    }
+
+    /// Vectors that the Hessian at `x` takes to nearly zero where nothing holds, for
+    /// [`MultigridDirection`](super::MultigridDirection): the translations and rotations of what `x`
+    /// places. Left out, a constant for each of the `D` components.
+    fn near_kernel(&self, _x: &[f64]) -> NearKernel {
+        NearKernel::constants::<D>(self.blocks())
     }
 
     /// What a step must lower.

@@ -314,11 +314,13 @@ impl<'d, const D: usize> Workspace<'d, D> {
             Some(matrix) => Tangent::from_matrix(matrix),
             None => Tangent::from_products(&products),
         };
+        let near_kernel = || at.problem.near_kernel(at.x);
         let mut system = NewtonSystem {
             tangent,
             at: at.x,
             gradient: at.g,
             forcing: at.forcing,
+            near_kernel: &near_kernel,
             factorizer: &mut self.factorizer,
         };
         result.dx.fill(0.0);

@@ -130,9 +130,14 @@ impl<'d, const D: usize> Newton<'d, D> {
         problem: &(impl NonlinearProblem<D> + ?Sized),
         direction: impl DescentDirection<D> + 'd,
     ) -> Self {
-        let mut newton = Self::new(problem);
-        newton.workspace.bring(direction);
-        newton
+        Self::new(problem).directed_by(direction)
+    }
+
+    /// This solver, its analysis kept, with directions of one's own.
+    #[must_use]
+    pub fn directed_by(mut self, direction: impl DescentDirection<D> + 'd) -> Self {
+        self.workspace.bring(direction);
+        self
     }
 
     /// Makes this a solver for every problem with the pattern of `problem`; directions of one's own
@@ -176,6 +181,7 @@ impl<'d, const D: usize> Newton<'d, D> {
             .map_err(|reason| NewtonError {
                 iteration: state.info.iterations,
                 factorizations: state.info.factorizations,
+                linear_iterations: state.info.linear_iterations,
                 last: last.map(Box::new),
                 energy: state.energy,
                 gradient_norm: state.info.gradient_norm,
@@ -408,6 +414,33 @@ impl<'d, const D: usize> Newton<'d, D> {
         let matrix = matrix.as_mut().ok_or(NewtonFailure::NeedsMatrix)?;
         problem.hessian(x, HessianProjection::None, matrix);
         Ok(factorizer.factor(matrix)?)
+    }
+
+    /// Solves `K dx = load` with the Hessian `K` at `x`, as a direction of a step is found: to
+    /// `‖K dx − load‖ ≤ forcing ‖load‖`, and where `K` is not positive definite with what
+    /// [`NewtonParams::projection`] makes of it.
+    ///
+    /// # Errors
+    /// Whatever stops a step.
+    pub fn linearized(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+        load: &[f64],
+        forcing: f64,
+        params: &NewtonParams,
+    ) -> Result<Vec<f64>, NewtonFailure> {
+        self.check(problem, x)?;
+        if load.iter().all(|&v| v == 0.0) {
+            return Ok(vec![0.0; x.len()]);
+        }
+        self.workspace.shift = Shift::default();
+        self.workspace.current = false;
+        let against: Vec<f64> = load.iter().map(|v| -v).collect();
+        let found = self
+            .workspace
+            .direction(problem, x, &against, forcing, params)?;
+        Ok(found.dx)
     }
 
     /// The ordering and storage plan, made on first use; `None` for a problem without a pattern.

@@ -1,6 +1,7 @@
 //! The inverse of the block diagonal.
 
-use crate::block_matrix::BlockSymmetric;
+use crate::block_matrix::{BlockSymmetric, PatternError};
+use crate::multigrid::NearKernelError;
 use crate::operator::{MatrixPreconditioner, Preconditioner};
 use crate::small;
 use thiserror::Error;
@@ -31,6 +32,20 @@ pub enum PreconditionerError {
         /// The last relative shift tried.
         shift: f64,
     },
+    /// A direction of negative or no curvature turned up: the matrix is not positive definite.
+    #[error(
+        "the matrix of multigrid level {level} has a direction of negative or no curvature: it is not positive definite"
+    )]
+    NegativeCurvature {
+        /// The level, 0 for the matrix itself.
+        level: usize,
+    },
+    /// The near kernel does not fit the matrix.
+    #[error(transparent)]
+    NearKernel(#[from] NearKernelError),
+    /// A coarse matrix is too large.
+    #[error("a coarse matrix cannot be stored: {0}")]
+    Coarse(#[from] PatternError),
     /// The preconditioner is made from a matrix, the problem gives only products.
     #[error(
         "this preconditioner is made from a matrix and there is none: bring one that needs none, or use Identity"

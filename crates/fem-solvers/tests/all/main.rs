@@ -5,6 +5,7 @@ mod continuation;
 mod gauss_newton;
 mod least_squares_stop;
 mod matrix_free;
+mod multigrid;
 mod newton;
 mod pcg;
 mod rosenbrock;

@@ -35,6 +35,9 @@ impl NonlinearProblem<2> for Quadratic {
     fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<2>) {
         out.values_mut()[0] = self.said;
     }
+    fn largest_step(&self, _: &[f64], _: &[f64]) -> f64 {
+        f64::INFINITY
+    }
 }
 
 fn quadratic(a: [[f64; 2]; 2], b: [f64; 2], said: [[f64; 2]; 2]) -> Quadratic {

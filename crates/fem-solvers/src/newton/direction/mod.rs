@@ -3,14 +3,17 @@
 mod auto;
 mod dense_qr;
 mod direct;
+mod multigrid;
 mod pcg;
 mod single;
 
+pub use multigrid::MultigridDirection;
 pub use pcg::PcgDirection;
 
 use super::factorizer::Factorizer;
 use super::{LinearSolver, NewtonFailure, PreconditionerChoice, Tangent};
 use crate::cholesky::SymbolicCholesky;
+use crate::multigrid::NearKernel;
 use crate::preconditioner::{BlockIc0, BlockJacobi, Identity};
 use std::sync::Arc;
 
@@ -75,6 +78,7 @@ pub struct NewtonSystem<'a, const D: usize> {
     pub(super) at: &'a [f64],
     pub(super) gradient: &'a [f64],
     pub(super) forcing: f64,
+    pub(super) near_kernel: &'a (dyn Fn() -> NearKernel + 'a),
     pub(super) factorizer: &'a mut Factorizer<D>,
 }
 
@@ -94,6 +98,10 @@ impl<'a, const D: usize> NewtonSystem<'a, D> {
     /// The accuracy `η` that the step deserves, `‖K dx + g‖ ≤ η ‖g‖`.
     pub fn forcing(&self) -> f64 {
         self.forcing
+    }
+    /// The problem's vectors of nearly no curvature at [`at`](Self::at).
+    pub fn near_kernel(&self) -> NearKernel {
+        (self.near_kernel)()
     }
     /// `−g`.
     pub fn right_hand_side(&self) -> Vec<f64> {

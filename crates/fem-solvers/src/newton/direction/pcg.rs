@@ -43,7 +43,10 @@ impl<P: MatrixPreconditioner<D> + Send + Sync, const D: usize> DescentDirection<
         match updated {
             Ok(()) => {}
             Err(
-                error @ (PreconditionerError::NonFinite { .. } | PreconditionerError::NeedsMatrix),
+                error @ (PreconditionerError::NonFinite { .. }
+                | PreconditionerError::NearKernel(_)
+                | PreconditionerError::Coarse(_)
+                | PreconditionerError::NeedsMatrix),
             ) => return Err(error.into()),
             // Without a definite preconditioner the matrix is indefinite or nearly so.
             Err(_) => return Ok(Descent::iterated(DescentOutcome::Indefinite, 0)),
@@ -67,6 +70,17 @@ pub(super) fn iterate<const D: usize>(
     dx: &mut [f64],
 ) -> Result<Descent, NewtonFailure> {
     dx.fill(0.0);
+    proceed(system, preconditioner, forcing, budget, dx)
+}
+
+/// The same from where `dx` stands.
+pub(super) fn proceed<const D: usize>(
+    system: &NewtonSystem<'_, D>,
+    preconditioner: &impl Preconditioner,
+    forcing: f64,
+    budget: usize,
+    dx: &mut [f64],
+) -> Result<Descent, NewtonFailure> {
     let params = PcgParams {
         relative_tolerance: forcing,
         max_iterations: budget,

@@ -1,0 +1,137 @@
+//! Where the flesh goes, to first order, when a pose changes.
+
+use super::super::loads::{Loads, Push};
+use super::{Equilibrium, Rig};
+use crate::anatomy::AffineMap;
+use crate::rig::Parameters;
+use fem_assembly::Quasistatic;
+
+/// Share of the force that may be left when a change is predicted by conjugate gradients.
+const PREDICTION: f64 = 1e-4;
+
+impl Rig {
+    /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
+    /// tangent does not exist the flesh stays. Muscles may bend the way so much that it is better
+    /// to follow the bones alone.
+    pub(super) fn predict(&mut self, state: &Equilibrium, pose: &Parameters) -> Vec<[f64; 3]> {
+        let mut stays = state.in_cranium_frame.clone();
+        self.place_bones(&mut stays, pose);
+        let change = Change::between(&state.parameters, pose);
+        let moves_bones = state.parameters.jaw != pose.jaw || self.controls.moves(&change.controls);
+        let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
+        if !(known || moves_bones) || self.renew(state).is_err() {
+            return stays;
+        }
+        let Some(whole) = self.along(state, &change, pose) else {
+            return stays;
+        };
+        let of_bones = Change {
+            activations: vec![0.0; change.activations.len()],
+            controls: self.controls.only_moves(&change.controls),
+            jaw: change.jaw,
+        };
+        if of_bones.activations == change.activations && of_bones.controls == change.controls {
+            return whole;
+        }
+        let other = match moves_bones {
+            true => self.along(state, &of_bones, pose).unwrap_or(stays),
+            false => stays,
+        };
+        self.least_energy(whole, other, pose)
+    }
+
+    /// The guess that is closer to an equilibrium; the first where neither has an energy.
+    fn least_energy(
+        &self,
+        first: Vec<[f64; 3]>,
+        second: Vec<[f64; 3]>,
+        pose: &Parameters,
+    ) -> Vec<[f64; 3]> {
+        let controls = self.controls.of_energy(pose);
+        let energy = |z: &[[f64; 3]]| {
+            let at = self.assembly.configuration(z, &controls);
+            at.map_or(f64::INFINITY, |at| self.assembly.energy(at))
+        };
+        if energy(&second) < energy(&first) {
+            second
+        } else {
+            first
+        }
+    }
+
+    /// z moved along a change, bones at their pose.
+    fn along(
+        &mut self,
+        state: &Equilibrium,
+        change: &Change,
+        pose: &Parameters,
+    ) -> Option<Vec<[f64; 3]>> {
+        let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
+        let dz = if known || !self.multigrid {
+            self.factored_change(state, change)
+        } else {
+            self.iterated_change(state, change)
+        };
+        let moved = state.in_cranium_frame.iter().zip(dz?);
+        let moved = moved.map(|(z, d)| std::array::from_fn(|i| z[i] + d[i]));
+        let mut z: Vec<[f64; 3]> = moved.collect();
+        self.place_bones(&mut z, pose);
+        Some(z)
+    }
+
+    /// dz of a change, by the factor of the stiffness.
+    fn factored_change(&mut self, state: &Equilibrium, change: &Change) -> Option<Vec<[f64; 3]>> {
+        self.ensure_tangent(state).ok()?;
+        let tangent = self.tangent.as_ref()?;
+        let Push { bones, mut force } = self.push(state, &tangent.energy, change)?;
+        tangent.factor.solve_in_place(&mut force);
+        Some(self.with_flesh(bones, &force))
+    }
+
+    /// dz of a change, by conjugate gradients.
+    fn iterated_change(&mut self, state: &Equilibrium, change: &Change) -> Option<Vec<[f64; 3]>> {
+        let energy = self.controls.of_energy(&state.parameters);
+        let Push { bones, force } = self.push(state, &energy, change)?;
+        let z = state.in_cranium_frame.clone();
+        let problem = Quasistatic::new(&self.assembly, z, energy).ok()?;
+        let (x, params) = (problem.unknowns(), &self.params.newton);
+        let newton = &mut self.newton;
+        let found = newton.linearized(&problem, &x, &force, PREDICTION, params);
+        Some(self.with_flesh(bones, &found.ok()?))
+    }
+
+    fn push(&self, state: &Equilibrium, energy: &[f64], change: &Change) -> Option<Push> {
+        let at = self.assembly.configuration(&state.in_cranium_frame, energy);
+        let loads = Loads {
+            assembly: &self.assembly,
+            at: at.ok()?,
+            jaw: &self.jaw,
+            controls: &self.controls,
+        };
+        Some(loads.push(&change.activations, &change.jaw, &change.controls))
+    }
+
+    fn with_flesh(&self, mut dz: Vec<[f64; 3]>, flesh: &[f64]) -> Vec<[f64; 3]> {
+        self.assembly.dofs().scatter(flesh, &mut dz);
+        dz
+    }
+}
+
+/// What changes the shape in the cranium's frame on the way between two poses.
+pub(super) struct Change {
+    pub activations: Vec<f64>,
+    pub jaw: AffineMap,
+    pub controls: Vec<f64>,
+}
+
+impl Change {
+    pub fn between(from: &Parameters, to: &Parameters) -> Self {
+        let (a, b) = (from.jaw.to_array(), to.jaw.to_array());
+        let less = |b: &[f64], a: &[f64]| b.iter().zip(a).map(|(b, a)| b - a).collect();
+        Self {
+            activations: less(&to.activations, &from.activations),
+            controls: less(&to.controls, &from.controls),
+            jaw: AffineMap::from_array(std::array::from_fn(|k| b[k] - a[k])),
+        }
+    }
+}
