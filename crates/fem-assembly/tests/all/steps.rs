@@ -1,4 +1,4 @@
-//! Newton steps do not grow with the mesh where the flesh follows its bones to first order.
+//! Newton steps where the flesh follows its bones to first order.
 
 use fem_assembly::mesh::SimplexMesh;
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic, solve_walking};
@@ -27,7 +27,7 @@ fn sheared(n: usize) -> (Assembly<2>, Vec<[f64; 2]>, Vec<[f64; 2]>) {
 }
 
 #[test]
-fn a_sheared_square_takes_as_many_steps_on_any_mesh() {
+fn a_sheared_square_takes_few_steps_on_coarse_and_finer_meshes() {
     let steps = |n: usize| {
         let (mut body, rest, moved) = sheared(n);
         let mut newton = Newton::new(&Quasistatic::new(&body, rest.clone(), vec![]).unwrap());
