@@ -59,10 +59,10 @@ pub enum WalkError<const D: usize> {
 /// ones of `to` are not read), and finds the equilibrium there.
 ///
 /// The whole way is tried first, with the free nodes moved along the tangent where that lowers the
-/// energy, so that the first layer of elements does not take all of the motion (docs/solvers.md). Where that leaves the domain of a
-/// material, as when a face is pushed in by more than the first layer of elements, or Newton's method
-/// fails, half of it is tried, and so on, down to `walk.smallest_step`; each equilibrium is the start of
-/// the next. `from` must be in the domain of every term, and `newton` made for this assembly.
+/// energy, so that the first layer of elements does not take all of the motion (docs/solvers.md).
+/// Where that leaves the domain of a material, or Newton's method fails, half of it is tried, and so
+/// on, down to `walk.smallest_step`; each equilibrium is the start of the next. `from` must be in the
+/// domain of every term, and `newton` made for this assembly.
 ///
 /// ```
 /// use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic, solve_walking};

@@ -93,8 +93,7 @@ impl Body {
         self
     }
 
-    /// Terms that are no elements. Their forces are summed by themselves, stencil by stencil, and a
-    /// solution is held against differences of the energy, too.
+    /// Terms that are no elements. Their forces are their own gradients, summed stencil by stencil.
     #[must_use]
     pub fn with_terms(
         mut self,

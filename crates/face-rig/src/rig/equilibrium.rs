@@ -128,6 +128,14 @@ pub struct Work {
     pub jacobian_time: Duration,
 }
 
+impl Work {
+    fn add(&mut self, newton_steps: usize, factorizations: usize, linear_iterations: usize) {
+        self.newton_steps += newton_steps;
+        self.factorizations += factorizations;
+        self.linear_iterations += linear_iterations;
+    }
+}
+
 impl std::fmt::Debug for Rig {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Rig")
@@ -412,16 +420,12 @@ impl Rig {
         let z = if assembly.changes() {
             match solve_renewing(assembly, newton, guess, &energy, &params.newton) {
                 Ok(done) => {
-                    work.newton_steps += done.iterations;
-                    work.factorizations += done.factorizations;
-                    work.linear_iterations += done.linear_iterations;
+                    work.add(done.iterations, done.factorizations, done.linear_iterations);
                     done.positions
                 }
                 Err(error) => {
-                    if let RenewingError::Newton { source, .. } = &error {
-                        work.newton_steps += source.iteration;
-                        work.factorizations += source.factorizations;
-                        work.linear_iterations += source.linear_iterations;
+                    if let RenewingError::Newton { source: e, .. } = &error {
+                        work.add(e.iteration, e.factorizations, e.linear_iterations);
                     }
                     return Err(error.into());
                 }
@@ -430,26 +434,19 @@ impl Rig {
             let problem = Quasistatic::new(assembly, guess, energy)?;
             let mut x = problem.unknowns();
             let end = newton.solve(&problem, &mut x, &params.newton);
-            let (steps, factorizations, linear_iterations) = match &end {
-                Ok(info) => (info.iterations, info.factorizations, info.linear_iterations),
-                Err(error) => (
-                    error.iteration,
-                    error.factorizations,
-                    error.linear_iterations,
-                ),
-            };
-            work.newton_steps += steps;
-            work.factorizations += factorizations;
-            work.linear_iterations += linear_iterations;
+            match &end {
+                Ok(done) => work.add(done.iterations, done.factorizations, done.linear_iterations),
+                Err(e) => work.add(e.iteration, e.factorizations, e.linear_iterations),
+            }
             end?;
             problem.positions(&x)
         };
-        match self.turned_out(&z) {
-            Some((element, ratio)) if self.params.refuses_inverted => {
-                Err(PartError::Inverted { element, ratio })
-            }
-            _ => Ok(z),
+        if self.params.refuses_inverted
+            && let Some((element, ratio)) = self.turned_out(&z)
+        {
+            return Err(PartError::Inverted { element, ratio });
         }
+        Ok(z)
     }
 
     /// The element with a free node that is furthest inside out, with its det F.
