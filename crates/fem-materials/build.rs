@@ -7,7 +7,8 @@ use std::{env, fs};
 fn main() {
     let folder =
         Path::new(&env::var("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("src/models");
-    println!("cargo::rerun-if-changed=src/models");
+    // Absolute, so that a checkout that was moved lists its models anew.
+    println!("cargo::rerun-if-changed={}", folder.display());
     let mut names: Vec<String> = fs::read_dir(&folder)
         .expect("the folder of the models is part of the crate")
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
