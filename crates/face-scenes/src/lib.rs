@@ -125,6 +125,7 @@ pub mod defect;
 mod assembly;
 mod check;
 mod contact;
+mod courses;
 mod error;
 mod expression;
 mod format;
@@ -144,6 +145,10 @@ mod targets;
 
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
+pub use courses::{
+    CourseSpec, DrawnMuscle, DrawnRegion, Ligament, LigamentSpec, OverSpec, OwnFibers,
+    OwnFibersSpec, PlaceOnFace, PointSpec,
+};
 pub use error::SceneError;
 pub use expression::{DenseError, ExpressionFit, JawPose, Observed, fit_expression};
 pub use format::{
@@ -189,6 +194,10 @@ pub struct Scene {
     pub fiber_field: FiberField,
     /// What all of them share.
     pub fibers: Fibers,
+    /// What some of them have for themselves, by their index.
+    pub own_fibers: BTreeMap<u32, OwnFibers>,
+    /// Passive fibers.
+    pub ligaments: Vec<Ligament>,
     /// What the flesh is made of; the first is the scene's own material.
     pub regions: Vec<Region>,
     /// The region of every element.
