@@ -11,8 +11,10 @@ use std::collections::BTreeMap;
 const SHARE_OF_ELEMENT: f64 = 0.2;
 /// At most so many samples.
 const MOST_SAMPLES: f64 = 2e6;
-/// A share below which an element is left out.
+/// An element is left out that holds less than this share of itself,
 const LEAST_WEIGHT: f64 = 1e-3;
+/// and less than this share of the course.
+const LEAST_PART: f64 = 1e-4;
 
 /// How much of an element a course fills.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +75,8 @@ impl Course {
         let inside = parts.values().map(|part| part.volume).sum();
         let share = |(&tet, part): (&u32, &Part)| {
             let weight = part.volume / mesh.volume(tet as usize);
-            (weight >= LEAST_WEIGHT).then(|| Share {
+            let counts = weight >= LEAST_WEIGHT || part.volume >= LEAST_PART * volume;
+            counts.then(|| Share {
                 tet,
                 weight: weight.min(1.0),
                 direction: principal_axis(&part.moment),
