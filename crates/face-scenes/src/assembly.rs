@@ -157,7 +157,7 @@ impl Scene {
             curve: Tendon { toe: ligament.toe },
             stretch: Stretch::Total,
         };
-        let count = self.muscles.len().max(1);
+        let count = self.muscles.len();
         builder.fibers(law, count, &fibers).map_err(in_mesh)
     }
 

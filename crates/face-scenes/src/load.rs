@@ -114,7 +114,7 @@ fn ligaments(place: &Place, file: &SceneFile, flesh: &Flesh) -> Result<Vec<Ligam
         landmarks: &flesh.landmarks,
         embedding: &flesh.embedding,
     };
-    paper.ligaments(&file.ligaments)
+    paper.ligaments(&file.ligaments, flesh.muscles.len())
 }
 
 /// The face itself, and the mesh file that it comes from, if any.

@@ -226,8 +226,16 @@ impl Paper<'_> {
     }
 
     /// The scene's ligaments.
-    pub fn ligaments(&self, specs: &[LigamentSpec]) -> Result<Vec<Ligament>, SceneError> {
+    pub fn ligaments(
+        &self,
+        specs: &[LigamentSpec],
+        muscles: usize,
+    ) -> Result<Vec<Ligament>, SceneError> {
         let mut ligaments = Vec::new();
+        if let (Some(first), 0) = (specs.first(), muscles) {
+            let name = first.name.clone();
+            return Err(self.refuse("ligaments", CourseDefect::NoMuscle { name }));
+        }
         for (k, spec) in specs.iter().enumerate() {
             let field = &format!("ligaments[{k}]");
             self.positive(field, &spec.name, "stiffness", Some(spec.stiffness))?;

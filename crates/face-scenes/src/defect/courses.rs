@@ -85,6 +85,12 @@ pub enum CourseDefect {
         /// A name that is almost the same.
         similar: Option<String>,
     },
+    /// Fibers that no activation reaches need a face that has some.
+    #[error("{name}: a face with ligaments needs a muscle; name or draw one")]
+    NoMuscle {
+        /// The ligament.
+        name: String,
+    },
     /// A name given before.
     #[error("\"{name}\" is drawn twice; give each a name of its own")]
     Twice {

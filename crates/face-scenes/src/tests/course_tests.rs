@@ -353,6 +353,13 @@ fn what_cannot_be_drawn_is_named_with_its_cure() {
         let error = drawn(&muscles, "").error("scene.json");
         expect(&error, parts);
     }
+    let ligament =
+        format!(r#""ligaments": [{{ "name": "t", "stiffness": 1e6, "along": {good} }}],"#);
+    let error = drawn("", &ligament).error("scene.json");
+    expect(
+        &error,
+        &["ligaments", "t: a face with ligaments needs a muscle"],
+    );
 }
 
 /// The muscles of the shared head, against the table that was made from the same curves by another
