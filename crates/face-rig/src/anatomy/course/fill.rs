@@ -116,9 +116,9 @@ impl Course {
             }
             let part = parts.entry(tet).or_default();
             part.volume += sample.volume;
-            for i in 0..3 {
-                for j in 0..3 {
-                    part.moment[i][j] += sample.volume * sample.tangent[i] * sample.tangent[j];
+            for (row, along) in part.moment.iter_mut().zip(sample.tangent) {
+                for (entry, across) in row.iter_mut().zip(sample.tangent) {
+                    *entry += sample.volume * along * across;
                 }
             }
         });
