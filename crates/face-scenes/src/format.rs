@@ -332,6 +332,12 @@ pub struct TargetsSpec {
     /// Targets of that file to leave out, such as the rest state itself.
     #[serde(default)]
     pub skip: Vec<String>,
+    /// Lays the targets over the face at rest, by a motion with scale of each: for tables with other
+    /// axes, another unit or another place. A target of `skip` that the table has (the neutral face)
+    /// gives one motion for all; without one each target's own landmarks do, those that moved counting
+    /// less.
+    #[serde(default)]
+    pub align: bool,
     /// Names that start like this are other people, not expressions; muscles cannot reach them.
     #[serde(default)]
     pub identities: Vec<String>,

@@ -85,6 +85,8 @@
 //!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
 //!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
 //!   `sphere`, `capsule`, `box` or `half_space`.
+//! * `targets.align`: true lays the targets over the face by a motion with scale
+//!   ([`TargetsSpec::align`]).
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
 //! # What is drawn as lines
@@ -166,6 +168,7 @@
 pub mod builtin;
 pub mod defect;
 
+mod alignment;
 mod assembly;
 mod check;
 mod contact;
@@ -188,6 +191,7 @@ mod table;
 mod targets;
 mod warning;
 
+pub use alignment::Suspicion;
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
 pub use courses::{
@@ -213,7 +217,7 @@ pub use warning::Warning;
 
 use defect::TargetDefect;
 use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, Muscle};
-use face_rig::fit::Goal;
+use face_rig::fit::{Goal, Similarity};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -337,6 +341,8 @@ pub struct Target {
     pub dense: Option<Vec<[f64; 3]>>,
     /// The rigid jaw motion behind it where known: to compare with, not to fit with.
     pub jaw_truth: Option<AffineMap>,
+    /// What laid it over the face, if it was asked for.
+    pub alignment: Option<Similarity>,
 }
 
 impl Scene {
@@ -345,21 +351,32 @@ impl Scene {
     /// # Errors
     /// [`SceneError`]: every inconsistency, with file, place and cure.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
-        load::load(path.as_ref())
+        load::load(path.as_ref(), false)
+    }
+
+    /// The same with the targets laid over the face at rest, whatever the scene says of that
+    /// ([`TargetsSpec::align`]).
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_aligned(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        load::load(path.as_ref(), true)
     }
 
     /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; meters;
     /// a path from the current folder), in order of first appearance; the scene's own names to
-    /// skip (`rest` if it has none) and of identities hold for it too.
+    /// skip (`rest` if it has none) and of identities hold for it too. With `align` they are laid over
+    /// the face first ([`TargetsSpec::align`]).
     ///
     /// # Errors
     /// [`SceneError`] with file, line and cure.
-    pub fn read_targets(&mut self, file: &Path) -> Result<(), SceneError> {
+    pub fn read_targets(&mut self, file: &Path, align: bool) -> Result<(), SceneError> {
         let place = load::Place {
             path: &self.path,
             scale: 1.0,
         };
         let spec = TargetsSpec {
+            align,
             landmarks: std::path::absolute(file).map_err(SceneError::io(file))?,
             skip: self.skip.clone(),
             identities: self.identities.clone(),

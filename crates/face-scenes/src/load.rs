@@ -53,8 +53,12 @@ pub(super) struct Flesh {
     pub skin: Option<Skin>,
 }
 
-pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    let file = SceneFile::read(path)?;
+/// With `align` the targets are laid over the face whatever the file says.
+pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
+    let mut file = SceneFile::read(path)?;
+    if let Some(targets) = &mut file.targets {
+        targets.align |= align;
+    }
     let place = Place {
         path,
         scale: file.scale,

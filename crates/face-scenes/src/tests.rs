@@ -8,6 +8,7 @@ use std::path::Path;
 
 mod course_tests;
 mod defect_tests;
+mod hostile_tests;
 mod influence_tests;
 mod joint_tests;
 mod meaning_tests;
@@ -428,7 +429,7 @@ fn another_table_keeps_what_the_scene_says_of_names() {
         .map(|t| (t.name.clone(), t.kind))
         .collect();
     scene
-        .read_targets(&files.path("landmarks.csv"))
+        .read_targets(&files.path("landmarks.csv"), false)
         .expect("the same table");
     let after: Vec<_> = scene
         .targets
@@ -443,7 +444,7 @@ fn another_table_keeps_what_the_scene_says_of_names() {
     let mut scene = files.load().expect("sound");
     assert_eq!(scene.targets[0].name, "rest");
     scene
-        .read_targets(&files.path("landmarks.csv"))
+        .read_targets(&files.path("landmarks.csv"), false)
         .expect("the same table");
     assert_eq!(scene.targets[0].name, "smile");
 }

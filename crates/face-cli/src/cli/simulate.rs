@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
-    let source = open(&args.scene)?;
+    let source = open(&args.scene, false)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
     let params = RigParams {
