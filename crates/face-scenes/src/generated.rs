@@ -46,6 +46,7 @@ pub(super) fn flesh(
         bones: Bones::new(face.bone),
         joint,
         fiber_field: field.map_err(|e| refuse(e.into()))?,
+        own_fibers: BTreeMap::new(),
         muscles: face
             .muscles
             .into_iter()

@@ -6,6 +6,7 @@ use fem_assembly::mesh::{DataArray, MeshFile, kuhn_grid};
 use std::fs;
 use std::path::Path;
 
+mod course_tests;
 mod defect_tests;
 mod hostile_tests;
 mod influence_tests;
