@@ -29,7 +29,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|m| (m.to_owned(), parameters(&scene, &[m], &["L", "R"], 1.0)))
         .collect();
     let oris = ["orbicularis_oris_upper", "orbicularis_oris_lower"];
-    poses.push(("orbicularis_oris".into(), parameters(&scene, &oris, &["L", "R"], 1.0)));
+    poses.push((
+        "orbicularis_oris".into(),
+        parameters(&scene, &oris, &["L", "R"], 1.0),
+    ));
     for degrees in JAW {
         let mut open = Parameters::rest(scene.muscles.len());
         let radians: f64 = degrees;
@@ -39,9 +42,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     poses.retain(|(name, _)| wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str())));
     let mut drawn: Vec<(String, Portrait)> = Vec::new();
     println!(
-        "{:24} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>11} {:>11}",
-        "out up forward (mm)", "nose tip", "inner brow", "outer brow", "inner canthus",
-        "outer canthus", "upper lip", "lower lip", "mouth corner", "cheek", "eye gap", "lip gap"
+        "{:24} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>11} {:>11}",
+        "out up forward (mm)",
+        "nose tip",
+        "inner brow",
+        "outer brow",
+        "inner canthus",
+        "outer canthus",
+        "upper lip",
+        "lower lip",
+        "mouth corner",
+        "cheek",
+        "cheek inside",
+        "eye gap",
+        "lip gap"
     );
     for (name, parameters) in &poses {
         rig.start_from(rest.clone())?;
@@ -58,14 +72,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let v = |v: [f64; 3]| format!("{:.1} {:.1} {:.1}", v[0], v[1], v[2]);
         let g = |g: [f64; 2]| format!("{:.1} {:.1}", g[0], g[1]);
         println!(
-            "{:24} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>11} {:>11}  {} steps {:.2} s {} inverted",
-            name.chars().take(24).collect::<String>(), v(m.nose_tip), v(m.inner_brow), v(m.outer_brow),
-            v(m.inner_canthus), v(m.outer_canthus), v(m.upper_lip), v(m.lower_lip),
-            v(m.mouth_corner), v(m.cheek), g(m.eye_gap), g(m.lip_gap),
-            rig.work().newton_steps - steps, start.elapsed().as_secs_f64(), m.inverted
+            "{:24} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>14} {:>11} {:>11}  {} steps {:.2} s {} inverted",
+            name.chars().take(24).collect::<String>(),
+            v(m.nose_tip),
+            v(m.inner_brow),
+            v(m.outer_brow),
+            v(m.inner_canthus),
+            v(m.outer_canthus),
+            v(m.upper_lip),
+            v(m.lower_lip),
+            v(m.mouth_corner),
+            v(m.cheek),
+            v(m.cheek_inside),
+            g(m.eye_gap),
+            g(m.lip_gap),
+            rig.work().newton_steps - steps,
+            start.elapsed().as_secs_f64(),
+            m.inverted
         );
         let jaw: AffineMap = parameters.jaw;
-        drawn.push((name.clone(), portrait::portrait(face, &positions, |p| jaw.apply(p))));
+        drawn.push((
+            name.clone(),
+            portrait::portrait(face, &positions, |p| jaw.apply(p)),
+        ));
     }
     let camera = Camera::framing(&face.nodes, 0.0, 0.0)?;
     let mut sheet = Sheet::new("every muscle of the built-in face at 1, and its jaw");
@@ -81,6 +110,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .collect();
         sheet = sheet.row(panels);
     }
-    sheet.draw(300, 350)?.save(&folder.join("motions.png"))?;
+    sheet.draw(360, 420)?.save(&folder.join("motions.png"))?;
     Ok(())
 }

@@ -49,6 +49,7 @@ pub(super) struct Flesh {
     pub embedding: BTreeMap<u32, EmbeddedPoint>,
     pub landmarks: Vec<Landmark>,
     pub skin: Option<Skin>,
+    pub contact: Contact,
 }
 
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
@@ -140,7 +141,7 @@ impl Flesh {
             volume: Volume::default(),
             influences: Vec::new(),
             inversion: Inversion::default(),
-            contact: Contact::default(),
+            contact: self.contact,
             embedding: self.embedding,
             landmarks: self.landmarks,
             skin: self.skin,
@@ -176,6 +177,7 @@ fn from_files(
         embedding,
         landmarks,
         skin: None,
+        contact: Contact::default(),
     })
 }
 

@@ -23,6 +23,8 @@ pub struct Motion {
     pub mouth_corner: [f64; 3],
     /// On the skin over the buccinator.
     pub cheek: [f64; 3],
+    /// On the inside of the cheek over the molars.
+    pub cheek_inside: [f64; 3],
     pub chin: [f64; 3],
     /// Upper above lower lid along the eye, smallest and largest.
     pub eye_gap: [f64; 2],
@@ -38,6 +40,7 @@ pub struct Probe {
     eye: Vec<[EmbeddedPoint; 2]>,
     mouth: Vec<[EmbeddedPoint; 2]>,
     cheek: EmbeddedPoint,
+    inside: EmbeddedPoint,
 }
 
 impl Probe {
@@ -54,6 +57,7 @@ impl Probe {
             eye,
             mouth,
             cheek,
+            inside: face.embed([48.0, -36.0, 0.0], Side::Lower),
             face,
         }
     }
@@ -70,7 +74,10 @@ impl Probe {
         };
         let landmark = |i: usize| moved(&self.face.landmarks[i]);
         let ratios = rig.assembly().volume_ratios(positions);
-        let ways = positions.iter().zip(rest).map(|(x, r)| length([0, 1, 2].map(|k| x[k] - r[k])));
+        let ways = positions
+            .iter()
+            .zip(rest)
+            .map(|(x, r)| length([0, 1, 2].map(|k| x[k] - r[k])));
         Motion {
             nose_tip: landmark(30),
             inner_brow: landmark(22),
@@ -81,6 +88,7 @@ impl Probe {
             lower_lip: landmark(57),
             mouth_corner: landmark(54),
             cheek: moved(&self.cheek),
+            cheek_inside: moved(&self.inside),
             chin: landmark(8),
             eye_gap: gap(&self.eye, positions),
             lip_gap: gap(&self.mouth, positions),
@@ -91,9 +99,9 @@ impl Probe {
 }
 
 fn gap(pairs: &[[EmbeddedPoint; 2]], positions: &[[f64; 3]]) -> [f64; 2] {
-    let gaps = pairs.iter().map(|[upper, lower]| {
-        1e3 * (upper.position(positions)[1] - lower.position(positions)[1])
-    });
+    let gaps = pairs
+        .iter()
+        .map(|[upper, lower]| 1e3 * (upper.position(positions)[1] - lower.position(positions)[1]));
     gaps.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], g| {
         [low.min(g), high.max(g)]
     })
