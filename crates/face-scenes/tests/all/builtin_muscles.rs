@@ -4,8 +4,10 @@
 //! of the muscles of the face; `docs/builtin.md` has the table.
 
 use crate::motion::{Motion, Probe, length, parameters, pose};
+use face_rig::anatomy::Bone;
 use face_rig::rig::{Equilibrium, Rig, RigParams};
 use face_scenes::Scene;
+use face_scenes::builtin::Ornament;
 
 /// The size of `face-rig simulate builtin`.
 const TETS: usize = 20_000;
@@ -141,4 +143,7 @@ fn the_jaw_opens_to_35_degrees_with_nothing_inside_out() {
         assert!(m.lip_gap[1] > 0.7 * degrees, "{degrees}: {m:?}");
         assert!(m.upper_lip[1] > -6.0, "{degrees}: {m:?}");
     }
+    let drawn = stage.probe.face().decorations();
+    let on_jaw = |o: Ornament| drawn.iter().any(|d| d.ornament == o && d.bone == Bone::Jaw);
+    assert!(on_jaw(Ornament::Tongue) && on_jaw(Ornament::Teeth));
 }
