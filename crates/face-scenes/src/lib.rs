@@ -141,6 +141,7 @@ mod reactions;
 mod rig;
 mod table;
 mod targets;
+mod warning;
 
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
@@ -159,6 +160,7 @@ pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial
 pub use outcome::{ImpossiblePose, Outcome, Unfinished};
 pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
+pub use warning::Warning;
 
 use defect::TargetDefect;
 use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, Muscle};

@@ -74,5 +74,5 @@ fn tets_that_only_bones_move_are_named() {
     let report = check(&scene);
     assert_eq!(report.tets_moved_by_both_bones, [40]);
     let named = "1 tets hang on cranium and jaw with all their nodes (40)";
-    expect(&report.warnings.join("\n"), &[named]);
+    expect(&warned(&report), &[named]);
 }
