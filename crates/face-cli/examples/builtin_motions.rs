@@ -1,4 +1,4 @@
-//! Every muscle of the built-in face at 1, and its jaw open: a table of what moves and two sheets of
+//! Every muscle of the built-in face at 1, and its jaw open: a table of what moves and a sheet of
 //! pictures. `cargo run --release -p face-cli --example builtin_motions -- [TETS] [DIR] [NAMES]`.
 
 #[path = "../../face-scenes/tests/all/motion.rs"]
@@ -110,6 +110,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .collect();
         sheet = sheet.row(panels);
     }
-    sheet.draw(360, 420)?.save(&folder.join("motions.png"))?;
+    sheet.draw(220, 257)?.save(&folder.join("motions.png"))?;
     Ok(())
 }

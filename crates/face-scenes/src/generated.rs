@@ -74,6 +74,11 @@ const DEPTH: f64 = 5e-3;
 /// Distance of the samples of the teeth's surface, meters.
 const SPACING: f64 = 2e-3;
 
+/// How deep lips may lie in each other to be pushed apart, meters. On coarse meshes surfaces that lie
+/// deeper behind each other come to face each other as they turn, and none of them has entered the
+/// other.
+const LIP_DEPTH: f64 = 1.5e-3;
+
 /// Lids slide on eyeballs, lips and cheeks on teeth, and lips touch each other.
 fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
     let params = RigidContactParams {
@@ -87,7 +92,10 @@ fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
     Ok(Contact {
         solids,
         params,
-        flesh: Some(FleshContactParams::default()),
+        flesh: Some(FleshContactParams {
+            depth: LIP_DEPTH,
+            ..FleshContactParams::default()
+        }),
         touching: lips,
     })
 }

@@ -22,10 +22,14 @@ struct Stage {
 
 impl Stage {
     fn new() -> Self {
-        let scene = Scene::builtin(TETS).expect("a face");
+        Self::of(TETS)
+    }
+
+    fn of(tets: usize) -> Self {
+        let scene = Scene::builtin(tets).expect("a face");
         let rig = scene.rig(RigParams::default()).expect("a rig");
         Self {
-            probe: Probe::new(TETS),
+            probe: Probe::new(tets),
             rest: rig.solved().clone(),
             scene,
             rig,
@@ -84,6 +88,17 @@ fn brows_go_where_their_muscles_pull() {
     assert!(m.inner_brow[1] < -1.0, "{m:?}");
 }
 
+/// Lips that lie on each other at rest feel nothing of each other there.
+#[test]
+fn a_brow_leaves_the_mouth_alone_on_a_coarse_face_too() {
+    for tets in [5_000, TETS] {
+        let m = Stage::of(tets).both("frontalis_medial");
+        for way in [m.upper_lip, m.lower_lip, m.mouth_corner] {
+            assert!(length(way) < 0.1, "{tets}: {m:?}");
+        }
+    }
+}
+
 #[test]
 fn the_tip_of_the_nose_stays_while_wings_and_lips_move() {
     let mut stage = Stage::new();
@@ -125,7 +140,10 @@ fn cheeks_and_corners_of_the_mouth() {
     let m = stage.both("buccinator");
     // Towards the teeth, across their arch.
     let [out, _, forward] = m.cheek_inside;
-    assert!(-0.89 * out - 0.45 * forward > 0.3, "it does not press: {m:?}");
+    assert!(
+        -0.89 * out - 0.45 * forward > 0.3,
+        "it does not press: {m:?}"
+    );
     assert!(m.mouth_corner[1].abs() < 0.2 * smile, "it smiles: {m:?}");
 }
 
