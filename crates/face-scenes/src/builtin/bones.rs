@@ -54,7 +54,7 @@ pub(super) fn inner(a: f64, b: f64) -> Inner {
         return Inner::Attached(Bone::Cranium);
     }
     // The ramus moves far back below the joint; skin slides over its edge.
-    let back = ramus.1 - 60.0 * ramp(-b, 9.0, 60.0);
+    let back = ramus.1 - 45.0 * ramp(-b, 9.0, 60.0);
     if a <= back && b < -9.0 {
         Inner::Attached(Bone::Jaw)
     } else {
