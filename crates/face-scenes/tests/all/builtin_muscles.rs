@@ -126,7 +126,7 @@ fn a_pucker_brings_the_lips_forward_and_together() {
 
 #[test]
 fn cheeks_and_corners_of_the_mouth() {
-    let mut stage = Stage::new(COARSE);
+    let mut stage = Stage::new(TETS);
     let m = stage.both("zygomaticus_major");
     assert!(m.mouth_corner[0] > 2.0 && m.mouth_corner[1] > 3.0, "{m:?}");
     assert!(m.lip_gap[0] > -0.5, "lips cross: {m:?}");
