@@ -33,6 +33,7 @@ pub struct Patterned {
 pub struct Portrait {
     flesh: Patterned,
     ornaments: Vec<Patterned>,
+    depths: Vec<Patterned>,
 }
 
 impl Portrait {
@@ -41,6 +42,7 @@ impl Portrait {
         Self {
             flesh,
             ornaments: Vec::new(),
+            depths: Vec::new(),
         }
     }
 
@@ -50,9 +52,18 @@ impl Portrait {
         self
     }
 
+    /// Adds a surface that light hardly reaches, such as the back of the mouth: without gloss.
+    pub fn depth(mut self, depth: Patterned) -> Self {
+        self.depths.push(depth);
+        self
+    }
+
     /// A panel in natural colors.
     pub fn panel(&self, title: impl Into<String>, camera: Camera) -> Panel<'_> {
         let panel = Panel::new(title, camera).layer(natural(&self.flesh));
+        let panel = self.depths.iter().fold(panel, |panel, depth| {
+            panel.layer(natural(depth).with_gloss(0.0))
+        });
         self.ornaments.iter().fold(panel, |panel, ornament| {
             panel.layer(natural(ornament).with_gloss(0.5))
         })
@@ -73,7 +84,8 @@ impl Portrait {
         };
         let layer = Layer::new(&self.flesh.points, &self.flesh.triangles, paint).with_gloss(0.12);
         let panel = Panel::new(title, camera).layer(layer).bar(bar);
-        self.ornaments.iter().fold(panel, |panel, ornament| {
+        let inside = self.ornaments.iter().chain(&self.depths);
+        inside.fold(panel, |panel, ornament| {
             let gray = Paint::Uniform([0.62, 0.62, 0.64]);
             panel.layer(Layer::new(&ornament.points, &ornament.triangles, gray))
         })

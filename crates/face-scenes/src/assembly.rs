@@ -244,18 +244,26 @@ fn table(active: &[[f64; 2]], passive: &[[f64; 2]]) -> Result<SplineCurve, Curve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Fibers, Region};
+    use crate::{Contact, Fibers, Region};
     use fem_kinematics::Mat;
     use fem_materials::Material;
     use fem_materials::presets::{PHYSBAM_FACE, SOFT_TISSUE};
     use fem_materials::registry::{Entry, SolidVisitor, for_each_solid};
 
-    fn with(material: NamedMaterial, fibers: Fibers) -> Assembly<3> {
+    /// The built-in face of one material that touches nothing.
+    fn of_one(material: NamedMaterial) -> Scene {
         let mut scene = Scene::builtin(5_000).expect("a face");
         scene.regions = vec![Region {
             name: "flesh".into(),
             material,
         }];
+        scene.region_of_tet.fill(0);
+        scene.contact = Contact::default();
+        scene
+    }
+
+    fn with(material: NamedMaterial, fibers: Fibers) -> Assembly<3> {
+        let mut scene = of_one(material);
         scene.fibers = fibers;
         scene.assembly().expect("an assembly")
     }
@@ -305,11 +313,8 @@ mod tests {
     /// elements alone.
     #[test]
     fn patches_take_over_what_lambda_exceeds_mu_by() {
-        let mut scene = Scene::builtin(5_000).expect("a face");
-        scene.regions = vec![Region {
-            name: "flesh".into(),
-            material: NamedMaterial::new("neo_hookean", [("young", 3e4), ("poisson", 0.49)]),
-        }];
+        let stiff = NamedMaterial::new("neo_hookean", [("young", 3e4), ("poisson", 0.49)]);
+        let mut scene = of_one(stiff);
         let energies = |scene: &Scene, gradient: Mat<f64, 3>| {
             let assembly = scene.assembly().expect("an assembly");
             let moved: Vec<_> = (assembly.rest().iter())
@@ -385,7 +390,7 @@ mod tests {
 
     #[test]
     fn every_model_of_the_registry_is_reached_by_its_name_and_has_its_own_energy() {
-        let mut scene = Scene::builtin(5_000).expect("a face");
+        let mut scene = of_one(SOFT_TISSUE.into());
         scene.fiber_field =
             face_rig::anatomy::FiberField::new(Vec::new(), scene.mesh.num_elements(), 0)
                 .expect("no fibers");

@@ -122,6 +122,8 @@ pub struct Contact {
     pub params: RigidContactParams,
     /// How surfaces of flesh push each other, if they do.
     pub flesh: Option<FleshContactParams>,
+    /// The faces of the boundary that flesh touches with; empty for all.
+    pub touching: Vec<[u32; 3]>,
 }
 
 /// A rigid solid in its place at rest.
@@ -173,6 +175,7 @@ pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneEr
         solids,
         params,
         flesh,
+        touching: Vec::new(),
     })
 }
 
@@ -225,7 +228,7 @@ pub(super) fn shapes(
     Ok(vec![(RigidSurface::Implicit(implicit), bounds(&implicit))])
 }
 
-fn bounds(surface: &ImplicitSurface<3>) -> [[f64; 3]; 2] {
+pub(super) fn bounds(surface: &ImplicitSurface<3>) -> [[f64; 3]; 2] {
     let around =
         |low: [f64; 3], high: [f64; 3], by: f64| [low.map(|c| c - by), high.map(|c| c + by)];
     match surface {
@@ -326,7 +329,13 @@ impl Contact {
             }
         }
         match self.flesh {
-            Some(params) => builder.term(FleshContact::new(mesh, &faces, params)?),
+            Some(params) => {
+                let faces = match self.touching.as_slice() {
+                    [] => &faces,
+                    some => some,
+                };
+                builder.term(FleshContact::new(mesh, faces, params)?)
+            }
             None => Ok(builder),
         }
     }

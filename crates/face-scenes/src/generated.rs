@@ -1,14 +1,20 @@
 //! The face that the program makes, as a scene.
 
+use super::contact::{self, Contact, Solid};
 use super::defect::Defect;
 use super::load::{Flesh, Place};
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
-use crate::builtin::BuiltinFace;
-use face_rig::anatomy::{Bones, CondylarPath, FiberField, JawJoint, JointLimits, Muscle};
+use crate::builtin::{BuiltinFace, Tissue};
+use face_rig::anatomy::{Bone, Bones, CondylarPath, FiberField, JawJoint, JointLimits, Muscle};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
+use fem_assembly::{
+    AssemblyError, FleshContactParams, ImplicitSurface, RigidContactParams, RigidSurface,
+    SampledDistance,
+};
 use fem_materials::presets::SOFT_TISSUE;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 pub(super) fn scene(tets: usize) -> Result<Scene, SceneError> {
     let place = Place {
@@ -30,6 +36,7 @@ pub(super) fn flesh(
     let refuse = |defect: Defect| place.field("face.builtin.tets", defect);
     let face = BuiltinFace::with_tets(tets).map_err(|e| refuse(e.into()))?;
     let skin_triangles = face.skin();
+    let lips = face.lips();
     let connectivity = face.tets.as_flattened().to_vec();
     let mesh = SimplexMesh::new(face.nodes, connectivity).map_err(|e| refuse(e.into()))?;
     let count = face.muscles.len();
@@ -52,13 +59,90 @@ pub(super) fn flesh(
             .into_iter()
             .map(|name| Muscle { name })
             .collect(),
-        regions: vec![Region::of_all(material)],
-        region_of_tet: vec![0; mesh.num_elements()],
+        regions: regions(material),
+        region_of_tet: face.tissue.iter().map(|&t| t as u32).collect(),
         embedding: BTreeMap::new(),
         landmarks: landmarks.collect(),
         skin: Some(Skin::of_nodes(&mesh, &skin_triangles)),
+        contact: contact(lips).map_err(|e| refuse(e.into()))?,
         mesh,
     })
+}
+
+/// How much deeper than at rest flesh may be in eyeballs and teeth, meters: all of them are thicker than
+/// twice that.
+const DEPTH: f64 = 5e-3;
+/// Distance of the samples of the teeth's surface, meters.
+const SPACING: f64 = 2e-3;
+
+/// How deep lips may lie in each other to be pushed apart, meters. On coarse meshes surfaces that lie
+/// deeper behind each other come to face each other as they turn, and none of them has entered the
+/// other.
+const LIP_DEPTH: f64 = 1.5e-3;
+
+/// Lids slide on eyeballs, lips and cheeks on teeth, and lips touch each other.
+fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
+    let params = RigidContactParams {
+        depth: DEPTH,
+        ..RigidContactParams::default()
+    };
+    let mut solids = [1.0, -1.0].map(eyeball).to_vec();
+    for bone in [Bone::Cranium, Bone::Jaw] {
+        solids.push(teeth(bone, params.activation)?);
+    }
+    Ok(Contact {
+        solids,
+        params,
+        flesh: Some(FleshContactParams {
+            depth: LIP_DEPTH,
+            ..FleshContactParams::default()
+        }),
+        touching: lips,
+    })
+}
+
+fn eyeball(side: f64) -> Solid {
+    let [x, y, z] = BuiltinFace::EYEBALL_CENTER;
+    let surface = ImplicitSurface::Sphere {
+        center: [side * x, y, z],
+        radius: BuiltinFace::EYEBALL_RADIUS,
+    };
+    Solid {
+        surface: RigidSurface::Implicit(surface),
+        moves_with: Bone::Cranium,
+        bounds: contact::bounds(&surface),
+    }
+}
+
+fn teeth(bone: Bone, reach: f64) -> Result<Solid, AssemblyError> {
+    let (points, triangles) = BuiltinFace::teeth(bone);
+    let sampled = SampledDistance::new(&points, &triangles, SPACING, reach)?;
+    let end = |choose: fn(f64, f64) -> f64, start: f64| {
+        let further = |a: [f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| choose(a[k], b[k]));
+        points.iter().fold([start; 3], further)
+    };
+    Ok(Solid {
+        surface: RigidSurface::Sampled(Arc::new(sampled)),
+        moves_with: bone,
+        bounds: [
+            end(f64::min, f64::INFINITY),
+            end(f64::max, f64::NEG_INFINITY),
+        ],
+    })
+}
+
+/// Flesh is of the scene's material, all else of its own.
+fn regions(flesh: NamedMaterial) -> Vec<Region> {
+    let own = |young: f64| {
+        NamedMaterial::new("stable_neo_hookean", [("young", young), ("poisson", 0.47)])
+    };
+    Tissue::ALL
+        .iter()
+        .map(|tissue| Region {
+            name: tissue.name().into(),
+            material: tissue.young().map_or_else(|| flesh.clone(), own),
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -55,7 +55,9 @@
 //! }
 //! ```
 //!
-//! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes.
+//! * `face` is either `files` or `{ "builtin": { "tets": 20000 } }`, the face the program makes. That
+//!   one brings its own regions ([`builtin::Tissue`]; `material` is that of `flesh`) and its own
+//!   contact with eyeballs, teeth and lips, which a field `contact` replaces.
 //! * `inverted`: `"repair"` swaps nodes of elements with negative volume; default `"refuse"`.
 //! * `hinge` may be `{ "file": "jaw.json" }` with `hinge_point_m` (meters, whatever
 //!   `scale` says), `hinge_axis` and, where known, `condyles_m` with `L` and `R`.
@@ -388,7 +390,8 @@ impl Scene {
         Ok(())
     }
 
-    /// The built-in face of about `tets` tetrahedra as a scene: soft tissue, no targets, its skin as
+    /// The built-in face of about `tets` tetrahedra as a scene: soft tissue with softer lids, ligaments
+    /// and cartilage, in touch with eyeballs, teeth and its own lips; no targets, its skin as
     /// [`Scene::skin`].
     ///
     /// # Errors

@@ -51,6 +51,7 @@ pub(super) struct Flesh {
     pub embedding: BTreeMap<u32, EmbeddedPoint>,
     pub landmarks: Vec<Landmark>,
     pub skin: Option<Skin>,
+    pub contact: Contact,
 }
 
 /// With `align` the targets are laid over the face whatever the file says.
@@ -164,7 +165,7 @@ impl Flesh {
             volume: Volume::default(),
             influences: Vec::new(),
             inversion: Inversion::default(),
-            contact: Contact::default(),
+            contact: self.contact,
             embedding: self.embedding,
             landmarks: self.landmarks,
             skin: self.skin,
@@ -218,6 +219,7 @@ fn from_files(
         embedding,
         landmarks,
         skin: None,
+        contact: Contact::default(),
     })
 }
 

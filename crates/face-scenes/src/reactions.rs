@@ -116,6 +116,7 @@ fn moment(p: [f64; 3], a: [f64; 3], x: [f64; 3], f: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Contact;
     use face_rig::anatomy::FiberField;
     use face_rig::rig::Parameters;
 
@@ -125,6 +126,7 @@ mod tests {
         let mut scene = Scene::builtin(5_000).expect("a face");
         // Its muscles alone: a state of the flesh that is no equilibrium serves as well.
         scene.regions.clear();
+        scene.contact = Contact::default();
         let all = scene.fiber_field.clone();
         let mut parameters = Parameters::rest(scene.muscles.len());
         let of = |name: &str| {

@@ -2,7 +2,7 @@
 
 use face_pictures::{Patterned, Portrait};
 use face_rig::anatomy::Bone;
-use face_scenes::builtin::{BuiltinFace, flesh_color};
+use face_scenes::builtin::{BuiltinFace, Ornament, flesh_color};
 
 /// The face with its nodes at `positions` (one per node of the mesh, meters) and its lower teeth
 /// moved by `jaw`, which maps a rest position to a position.
@@ -23,12 +23,16 @@ pub fn portrait(
             if d.bone == Bone::Jaw {
                 d.points.iter_mut().for_each(|p| *p = jaw(*p));
             }
-            portrait.ornament(Patterned {
+            let drawn = Patterned {
                 points: d.points,
                 triangles: d.triangles,
                 coordinates: d.coordinates,
                 color: Box::new(move |c| d.ornament.color(c)),
-            })
+            };
+            match d.ornament {
+                Ornament::MouthCavity => portrait.depth(drawn),
+                _ => portrait.ornament(drawn),
+            }
         })
 }
 

@@ -33,10 +33,10 @@ pub(super) fn inner(a: f64, b: f64) -> Inner {
     if a < ramus.0 && b < upper_fold && b > lower_fold {
         return Inner::Mouth;
     }
-    // The chin's lower border runs to the angle of the jaw.
-    let border = -85.0 + 2.0 * ramp(a, 40.0, 90.0);
+    // The chin's lower border rises to the angle of the jaw, over which flesh slides.
+    let border = -85.0 + 40.0 * ramp(a, 45.0, 95.0);
     if b <= border {
-        return if b < -128.0 {
+        return if b < -145.0 {
             Inner::Attached(Bone::Cranium)
         } else {
             Inner::Gap
@@ -53,7 +53,9 @@ pub(super) fn inner(a: f64, b: f64) -> Inner {
     if b > 4.0 {
         return Inner::Attached(Bone::Cranium);
     }
-    if a <= ramus.1 && b < -9.0 {
+    // The ramus moves far back below the joint; skin slides over its edge.
+    let back = ramus.1 - 45.0 * ramp(-b, 9.0, 60.0);
+    if a <= back && b < -9.0 {
         Inner::Attached(Bone::Jaw)
     } else {
         Inner::Gap

@@ -15,6 +15,8 @@ pub enum Ornament {
     Teeth,
     /// The dark inside of the mouth.
     MouthCavity,
+    /// The tongue on the floor of the mouth; the coordinate is `(millimeters from the midplane, 0, 0)`.
+    Tongue,
     /// What shows between the lids beside the eyeball.
     EyeSocket,
 }
@@ -66,6 +68,10 @@ impl Ornament {
                 mix(tooth, [0.70, 0.38, 0.37], (c[1] - gum_line) / 0.6).map(|x| x as f32)
             }
             Self::MouthCavity => [0.20, 0.06, 0.06],
+            Self::Tongue => {
+                let groove = (-0.5 * (c[0] / 1.6).powi(2)).exp();
+                mix([0.76, 0.40, 0.40], [0.62, 0.29, 0.30], groove).map(|x| x as f32)
+            }
             Self::EyeSocket => [0.72, 0.44, 0.41],
         }
     }
@@ -104,16 +110,53 @@ fn sheet(
     }
 }
 
+/// The front of the teeth at a distance from the midplane, millimeters: a parabola behind lips and
+/// cheeks.
+pub(super) fn arch(x: f64) -> f64 {
+    82.8 - 0.0225 * x * x
+}
+
+/// Teeth and gums of one jaw as a closed block with the arch in front, meters: points and triangles.
+pub(super) fn teeth_block(bone: Bone) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    const COLUMNS: usize = 16;
+    const HALF: f64 = 31.0;
+    let ([low, high], back) = match bone {
+        Bone::Jaw => ([-52.0, -34.6], 2.2),
+        _ => ([-35.6, -15.0], 0.0),
+    };
+    let mut outline: Vec<[f64; 2]> = (0..=COLUMNS)
+        .map(|i| HALF * (2.0 * i as f64 / COLUMNS as f64 - 1.0))
+        .map(|x| [x, arch(x) - back])
+        .collect();
+    // Behind the last tooth straight across.
+    outline.extend([[HALF, 50.0], [-HALF, 50.0]]);
+    let count = outline.len() as u32;
+    let mut points: Vec<[f64; 3]> = Vec::new();
+    for y in [low, high] {
+        points.extend(outline.iter().map(|&[x, z]| [x, y, z]));
+        points.push([0.0, y, 60.0]);
+    }
+    let mut triangles = Vec::new();
+    for i in 0..count {
+        let (j, up) = ((i + 1) % count, count + 1);
+        triangles.extend([[i, j, up + j], [i, up + j, up + i]]);
+        triangles.extend([[count, j, i], [up + count, up + i, up + j]]);
+    }
+    (
+        points.iter().map(|p| p.map(|c| 1e-3 * c)).collect(),
+        triangles,
+    )
+}
+
 /// The surfaces that make pictures of the face complete.
 pub(super) fn decorations() -> Vec<Decoration> {
     let mut all = Vec::new();
     for side in [1.0, -1.0] {
         all.extend(eye(side));
     }
-    let arch = |x: f64| 81.5 - 0.034 * x * x;
     for (bone, edge, up, back) in [
-        (Bone::Cranium, -34.6, 1.0, 0.0),
-        (Bone::Jaw, -35.0, -1.0, 2.2),
+        (Bone::Cranium, -36.2, 1.0, 0.0),
+        (Bone::Jaw, -34.2, -1.0, 2.2),
     ] {
         all.push(sheet(Ornament::Teeth, bone, [12, 48], |s, t| {
             let x = 64.0 * (t - 0.5) * 0.9;
@@ -123,6 +166,7 @@ pub(super) fn decorations() -> Vec<Decoration> {
             (p, [1.18 * x, height, 0.0])
         }));
     }
+    all.push(tongue());
     all.push(sheet(
         Ornament::MouthCavity,
         Bone::Cranium,
@@ -137,6 +181,17 @@ pub(super) fn decorations() -> Vec<Decoration> {
         },
     ));
     all
+}
+
+/// A flat dome between the lower teeth with a groove in the middle.
+fn tongue() -> Decoration {
+    sheet(Ornament::Tongue, Bone::Jaw, [16, 32], |s, t| {
+        let d = direction(0.5 + 0.5 * s, (t - 0.5) * TAU);
+        let x = 25.0 * d[0];
+        let groove = 1.2 * (-0.5 * (x / 3.0_f64).powi(2)).exp() * d[1];
+        let p = [x, -47.0 + 10.0 * d[1] - groove, 46.0 + 31.0 * d[2]];
+        (p, [x, 0.0, 0.0])
+    })
 }
 
 /// On the unit ball, with poles up and down and the front in the middle of the columns.

@@ -3,11 +3,13 @@
 use fem_solvers::parallel;
 
 use super::bones::{Inner, inner};
-use super::decoration::{Decoration, decorations};
-use super::form::{Form, Side};
+use super::decoration::{Decoration, decorations, teeth_block};
+use super::features::{EYEBALL, EYEBALL_RADIUS};
+use super::form::{Form, MOUTH, Side};
 use super::grid::Grid;
 use super::landmarks::landmarks;
 use super::muscles::{entries, names};
+use super::tissue::{Tissue, tissues};
 use face_rig::anatomy::{Bone, EmbeddedPoint, FiberEntry, JawHinge};
 use fem_assembly::mesh::SimplexMesh;
 
@@ -22,6 +24,12 @@ pub enum BuiltinError {
         target: usize,
     },
 }
+
+/// Material `b` of the cut where nothing holds it, millimeters.
+const SLIDING: std::ops::RangeInclusive<f64> = -110.0..=0.0;
+/// Half of the width of the part of the lips that may touch, and its reach above and below the line of
+/// the mouth, millimeters.
+const LIPS: [f64; 2] = [45.0, 22.0];
 
 /// What a boundary triangle touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -72,6 +80,8 @@ pub struct BuiltinFace {
     pub nodes: Vec<[f64; 3]>,
     /// Positively oriented tets.
     pub tets: Vec<[u32; 4]>,
+    /// What each tet is made of.
+    pub tissue: Vec<Tissue>,
     /// What each node is attached to.
     pub bone: Vec<Bone>,
     /// Material coordinates of each node: millimeters sideways, millimeters upwards, and depth from
@@ -94,6 +104,11 @@ impl BuiltinFace {
     /// The numbers of tets that can be asked for.
     pub const TETS: std::ops::RangeInclusive<usize> = 4_000..=2_000_000;
 
+    /// Center of the left eyeball, meters.
+    pub const EYEBALL_CENTER: [f64; 3] = [1e-3 * EYEBALL[0], 1e-3 * EYEBALL[1], 1e-3 * EYEBALL[2]];
+    /// Radius of the eyeballs, meters.
+    pub const EYEBALL_RADIUS: f64 = 1e-3 * EYEBALL_RADIUS;
+
     /// The face whose number of tets is as near to `target` as the grid allows (a few per cent).
     ///
     /// # Errors
@@ -112,6 +127,7 @@ impl BuiltinFace {
         let tets = grid.tets();
         let bone = attachments(&grid);
         let material: Vec<[f64; 3]> = with_sides.iter().map(|m| m.0).collect();
+        let tissue = tissues(&form, &tets, &material);
         let boundary = boundary(&nodes, &tets, &grid, &material);
         let hinge = JawHinge::sideways([0.0, 0.002, 0.012]);
         let landmarks = landmarks(&form)
@@ -123,6 +139,7 @@ impl BuiltinFace {
         Ok(Self {
             nodes,
             tets,
+            tissue,
             bone,
             material,
             boundary,
@@ -139,6 +156,12 @@ impl BuiltinFace {
         decorations()
     }
 
+    /// Teeth and gums of one jaw as a closed surface, meters: points, and triangles counter-clockwise
+    /// from outside.
+    pub fn teeth(bone: Bone) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        teeth_block(bone)
+    }
+
     /// Positions of the landmarks for given node positions.
     ///
     /// # Panics
@@ -153,6 +176,19 @@ impl BuiltinFace {
     /// Triangles of the outer skin, over mesh nodes.
     pub fn skin(&self) -> Vec<[u32; 3]> {
         self.triangles(|t| t == Touching::Air)
+    }
+
+    /// Triangles of the lips, inside and outside, that may touch each other.
+    pub fn lips(&self) -> Vec<[u32; 3]> {
+        let near = |t: &&BoundaryTriangle| {
+            let apart = |n: &u32| {
+                let [a, b, _] = self.material[*n as usize];
+                a.abs() > LIPS[0] || (b - MOUTH).abs() > LIPS[1]
+            };
+            let touches = matches!(t.touching, Touching::Air | Touching::Mouth);
+            touches && !t.nodes.iter().any(apart)
+        };
+        self.boundary.iter().filter(near).map(|t| t.nodes).collect()
     }
 
     /// Boundary triangles over mesh nodes, chosen by what they touch.
@@ -175,7 +211,10 @@ fn attachments(grid: &Grid) -> Vec<Bone> {
     let mut bone = vec![Bone::Free; grid.node_count()];
     for j in 0..=grid.along() {
         for i in 0..=grid.across() {
-            let cut = i == 0 || i == grid.across() || j == 0 || j == grid.along();
+            // Behind the jaw the skin of the neck slides on beyond the cut.
+            let slides = SLIDING.contains(&grid.b(j));
+            let behind = i == 0 || i == grid.across();
+            let cut = behind && !slides || j == 0 || j == grid.along();
             for side in [Side::Lower, Side::Upper] {
                 for k in 0..=grid.layers() {
                     bone[grid.node(i, j, k, side) as usize] = if cut {

@@ -18,8 +18,10 @@ mod paint;
 mod spline;
 #[cfg(test)]
 mod tests;
+mod tissue;
 
 pub use decoration::{Decoration, Ornament};
 pub use face::{BoundaryTriangle, BuiltinError, BuiltinFace, Touching};
 pub use form::Side;
 pub use paint::flesh_color;
+pub use tissue::Tissue;

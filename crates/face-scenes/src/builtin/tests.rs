@@ -149,8 +149,9 @@ fn bones_hold_what_they_should() {
     for size in SIZES {
         let face = BuiltinFace::with_tets(size).unwrap();
         let count = |b: Bone| face.bone.iter().filter(|&&x| x == b).count();
+        // Flesh slides over the lower rear edge of the jaw.
         assert!(
-            count(Bone::Jaw) >= 40 && count(Bone::Cranium) >= 100,
+            count(Bone::Jaw) >= 30 && count(Bone::Cranium) >= 100,
             "{size}"
         );
         assert!(

@@ -97,7 +97,9 @@ impl Search {
     }
 
     fn measure_clearance(&mut self, rest: &[Point]) {
-        let found = self.looked(rest, 0.0, &|search, look, kind, a, b| {
+        // As deep as `pairs` looks: what lies that far behind at rest must not push there either.
+        let FleshContactParams { depth, margin, .. } = self.params;
+        let found = self.looked(rest, margin, &|search, look, kind, a, b| {
             let pair = search.facing(look, kind, a, b)?;
             let (gap, weight) = pair.gap(look.positions);
             let x = pair.nodes.map(|n| look.positions[n as usize]);
@@ -108,7 +110,7 @@ impl Search {
             } else {
                 segment_distance([x[0], x[1]], [x[2], x[3]])
             };
-            (clearance >= -search.params.depth).then_some((pair.nodes, clearance))
+            (clearance >= -depth - margin).then_some((pair.nodes, clearance))
         });
         for (nodes, clearance) in found {
             for n in nodes {
