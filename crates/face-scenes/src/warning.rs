@@ -34,6 +34,13 @@ pub enum Warning {
     },
     /// No node hangs on the jaw.
     NoJaw,
+    /// The jaw closes where it should open.
+    HingeReversed,
+    /// A region that resists no change of shape.
+    NoShearModulus {
+        /// Its name.
+        region: String,
+    },
     /// Tets that both bones pull at.
     TouchBothBones {
         /// How many.
@@ -109,6 +116,15 @@ impl fmt::Display for Warning {
             Self::NoJaw => {
                 f.write_str("no node hangs on the jaw: its motion will do nothing; label its nodes")
             }
+            Self::HingeReversed => f.write_str(
+                "a positive jaw angle brings the jaw nearer to the cranium: the axis of the hinge points \
+                 the other way, negate it",
+            ),
+            Self::NoShearModulus { region } => write!(
+                f,
+                "region {region} has a shear modulus of 0 at rest: nothing but its muscles and neighbors \
+                 holds its shape"
+            ),
             Self::TouchBothBones { tets } => write!(
                 f,
                 "{tets} tets touch the cranium and the jaw; they limit how far the jaw opens, refine there"
@@ -171,11 +187,35 @@ fn is_plausible(height: f64) -> bool {
     (0.08..=0.8).contains(&height)
 }
 
+/// Does opening the jaw bring its part far from the hinge nearer to the middle of the cranium, and
+/// closing it carry it away?
+fn closes(scene: &Scene) -> bool {
+    let place = |&n: &u32| scene.mesh.node(n);
+    let apart = |a: [f64; 3], b: [f64; 3]| {
+        let square = (0..3).map(|i| (a[i] - b[i]).powi(2));
+        square.sum::<f64>().sqrt()
+    };
+    let cranium: Vec<[f64; 3]> = scene.bones.cranium.iter().map(place).collect();
+    let count = cranium.len() as f64;
+    let middle = |i: usize| cranium.iter().map(|p| p[i]).sum::<f64>() / count;
+    let middle: [f64; 3] = std::array::from_fn(middle);
+    let hinge = scene.joint.hinge();
+    let away = |p: &[f64; 3]| apart(*p, hinge.point());
+    let jaw = scene.bones.jaw.iter().map(place);
+    let Some(chin) = jaw.max_by(|a, b| away(a).total_cmp(&away(b))) else {
+        return false;
+    };
+    // Far enough to tell from a tie: 0.1 rad of a chin 0.1 m away is 10 mm.
+    let at = |angle: f64| apart(hinge.motion(angle, [0.0; 3]).apply(chin), middle);
+    at(0.1) < at(-0.1) - 0.02 * away(&chin)
+}
+
 /// What looks wrong, in the order of the report; `crowded` tets have more muscle than room.
 pub(super) fn all(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<Warning> {
     let mut warnings = Warnings::default();
     warnings.mesh(&report.mesh);
     warnings.bones(scene, report);
+    warnings.flesh(scene);
     warnings.muscles(scene, report, crowded);
     warnings.targets(scene, report.landmarks);
     warnings.0
@@ -205,12 +245,23 @@ impl Warnings {
 
     fn bones(&mut self, scene: &Scene, report: &CheckReport) {
         self.add(scene.bones.jaw.is_empty(), || Warning::NoJaw);
+        self.add(closes(scene), || Warning::HingeReversed);
         let tets = report.tets_touching_both_bones;
         self.add(tets > 0, || Warning::TouchBothBones { tets });
         let between = &report.tets_moved_by_both_bones;
         self.add(!between.is_empty(), || Warning::MovedByBothBones {
             tets: between.clone(),
         });
+    }
+
+    fn flesh(&mut self, scene: &Scene) {
+        for region in &scene.regions {
+            let rest = region.material.at_rest();
+            self.add(rest.is_ok_and(|lame| lame.mu == 0.0), || {
+                let region = region.name.clone();
+                Warning::NoShearModulus { region }
+            });
+        }
     }
 
     fn muscles(&mut self, scene: &Scene, report: &CheckReport, crowded: usize) {
@@ -252,6 +303,28 @@ impl Warnings {
 #[cfg(test)]
 mod tests {
     use super::{Warning, is_plausible};
+    use crate::material::NamedMaterial;
+    use crate::{Scene, check};
+    use face_rig::anatomy::{CondylarPath, JawHinge, JawJoint};
+
+    #[test]
+    fn a_reversed_hinge_and_flesh_without_stiffness_are_told() {
+        let mut scene = Scene::builtin(5_000).expect("a face");
+        let told = |scene: &Scene| check(scene).warnings;
+        let is = |w: &Warning| matches!(w, Warning::HingeReversed | Warning::NoShearModulus { .. });
+        assert!(!told(&scene).iter().any(is), "{:?}", told(&scene));
+        let hinge = scene.joint.hinge();
+        let (point, axis) = (hinge.point(), hinge.axis().map(|a| -a));
+        let hinge = JawHinge::new(point, axis).expect("a hinge");
+        let limits = *scene.joint.limits();
+        scene.joint = JawJoint::new(hinge, CondylarPath::ADULT, limits).expect("a joint");
+        let region = scene.regions[0].name.clone();
+        scene.regions[0].material =
+            NamedMaterial::new("neo_hookean", [("mu", 0.0), ("lambda", 1e5)]);
+        let found: Vec<Warning> = told(&scene).into_iter().filter(is).collect();
+        let wanted = [Warning::HingeReversed, Warning::NoShearModulus { region }];
+        assert_eq!(found, wanted);
+    }
 
     #[test]
     fn units_are_guessed_from_the_height() {
