@@ -89,6 +89,12 @@ fn with_every_reader() -> (Files, Vec<(&'static str, String)>) {
         r#""skip": ["rest"]"#,
         r#""truth": "truth.json", "skip": ["rest"]"#,
     );
+    files.edit(
+        "scene.json",
+        r#""fibers": { "table": "fibers.csv" }"#,
+        r#""fibers": { "table": "fibers.csv" }, "drawn": [{ "name": "drawn_L", "along": {
+             "lines": [[[0.02, 0.05, 0.05], [0.15, 0.05, 0.05], { "landmark": 1 }]], "radius": 0.01 } }]"#,
+    );
     files.text(
         "hinge.json",
         r#"{ "hinge_point_m": [0, 0.1, 0], "hinge_axis": [1, 0, 0] }"#,

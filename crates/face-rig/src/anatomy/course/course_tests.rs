@@ -259,6 +259,16 @@ fn each_defect_has_its_own_error() {
     assert_eq!(along, CourseError::Normal { line: 0, point: 0 });
     let far = error(course(&[&[[1.0; 3], [1.1; 3]]], false, round));
     assert!(far.to_string().contains("meets no tetrahedron"), "{far}");
+    // Micrometers taken for meters, and a strap as wide as a country: not swept for hours.
+    let wide = Section::Strap {
+        width: 1e6,
+        thickness: 1e-3,
+        normal: [0.0, 0.0, 1.0],
+    };
+    for (far, section) in [(1e4, round), (1e300, round), (0.02, wide)] {
+        let fine = error(course(&[&[line[0], [far, 0.01, 0.01]]], false, section));
+        assert!(matches!(fine, CourseError::TooFine { .. }), "{fine}");
+    }
 }
 
 fn without_orphans(nodes: &[[f64; 3]], tets: &[u32]) -> SimplexMesh<3> {

@@ -57,6 +57,16 @@ pub enum CourseError {
         /// The point.
         point: usize,
     },
+    /// More samples than a program can sweep.
+    #[error(
+        "it is {extent:.3} m across and {finest:e} m at its thinnest: check the units, or make it thicker"
+    )]
+    TooFine {
+        /// Diagonal of the box around all points, meters.
+        extent: f64,
+        /// The smallest length of its section, meters.
+        finest: f64,
+    },
     /// Nothing of the course lies in the flesh.
     #[error(
         "it meets no tetrahedron: its points lie around {center:?} m, the flesh from {low:?} to {high:?} m; \

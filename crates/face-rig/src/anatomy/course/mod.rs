@@ -58,6 +58,10 @@ pub enum Section {
     },
 }
 
+/// At most so many cubes of the smallest length of its section fill a course: a sheet 200 mm square of
+/// 0.2 mm takes these.
+const MOST_CUBES: f64 = 1e6;
+
 impl Section {
     /// The smallest length of the section, and its name.
     fn sizes(&self) -> [(&'static str, f64); 2] {
@@ -121,7 +125,35 @@ impl Course {
                 }
             }
         }
-        Ok(())
+        self.check_samples()
+    }
+
+    /// Lines of a size that their own thickness can fill.
+    fn check_samples(&self) -> Result<(), CourseError> {
+        let points = || self.lines.iter().flatten();
+        let range = |i: usize| {
+            let (low, high) = points().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| {
+                (p[i].min(l), p[i].max(h))
+            });
+            high - low
+        };
+        let extent = norm(std::array::from_fn(range));
+        let length: f64 = (self.lines.iter())
+            .flat_map(|line| line.windows(2))
+            .map(|w| norm(sub(w[1], w[0])))
+            .sum();
+        let area = match self.section {
+            Section::Round { radius } => radius * radius,
+            Section::Strap {
+                width, thickness, ..
+            } => width * thickness,
+            Section::Sheet { thickness, .. } => extent * thickness,
+        };
+        let finest = self.section.finest();
+        match length * area <= MOST_CUBES * finest.powi(3) {
+            true => Ok(()),
+            false => Err(CourseError::TooFine { extent, finest }),
+        }
     }
 
     /// The lines with their first point at the end where they are closed.
