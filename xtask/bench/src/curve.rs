@@ -15,8 +15,10 @@ pub enum Axis {
     Projection,
     /// How many threads there are.
     Threads,
-    /// How, and how many, derivatives are taken.
+    /// How a derivative is taken.
     Derivative,
+    /// By which of several ways the same number is found.
+    Route,
     /// The direction of the fibers.
     Angle,
 }
@@ -32,6 +34,7 @@ impl Axis {
             Self::Projection => "projection",
             Self::Threads => "threads",
             Self::Derivative => "derivative",
+            Self::Route => "route",
             Self::Angle => "angle",
         }
     }
@@ -65,6 +68,9 @@ pub enum Claim {
     FallsTo(f64),
     /// No error is larger than this.
     AtMost(f64),
+    /// The settings are tolerances, and no error is larger than the tolerance times the first number, or
+    /// than the second.
+    PerTolerance(f64, f64),
     /// Only shown.
     Nothing,
 }
@@ -78,6 +84,8 @@ pub struct Curve {
     pub axis: Axis,
     /// What is claimed.
     pub claim: Claim,
+    /// Whether a picture has it: not where points are no sequence, or errors of another kind.
+    pub drawn: bool,
     /// The points, coarsest first.
     pub points: Vec<Point>,
 }
@@ -89,8 +97,19 @@ impl Curve {
             name: name.into(),
             axis,
             claim,
+            drawn: matches!(
+                axis,
+                Axis::Mesh | Axis::Tolerance | Axis::Derivative | Axis::Angle
+            ),
             points: Vec::new(),
         }
+    }
+
+    /// The same, in tables alone.
+    #[must_use]
+    pub fn undrawn(mut self) -> Self {
+        self.drawn = false;
+        self
     }
 
     /// What breaks the claim; NaN breaks it.
@@ -104,6 +123,14 @@ impl Curve {
             Claim::AtMost(bound) => errors
                 .find(|e| !(*e <= bound))
                 .map(|e| format!("an error of {e:.1e} is more than {bound:.1e}")),
+            Claim::PerTolerance(share, floor) => self
+                .points
+                .iter()
+                .find(|p| !(p.error <= allowed(p, share, floor)))
+                .map(|p| {
+                    let (error, bound) = (p.error, allowed(p, share, floor));
+                    format!("{}: {error:.1e} is more than {bound:.1e}", p.setting)
+                }),
             Claim::FallsTo(floor) => {
                 let falls = |pair: &&[Point]| {
                     let [before, after] = [pair[0].error, pair[1].error];
@@ -117,6 +144,15 @@ impl Curve {
             }
         }
     }
+}
+
+/// NaN where the setting is no number.
+fn allowed(point: &Point, share: f64, floor: f64) -> f64 {
+    let tolerance: f64 = point.setting.parse().unwrap_or(f64::NAN);
+    if tolerance.is_nan() {
+        return f64::NAN;
+    }
+    (share * tolerance).max(floor)
 }
 
 fn rises(before: &Point, after: &Point) -> String {
@@ -148,5 +184,19 @@ mod tests {
         assert!(curve(Claim::AtMost(0.1), &[0.1, 0.0]).broken().is_none());
         assert!(curve(Claim::AtMost(0.1), &[0.0, 0.11]).broken().is_some());
         assert!(curve(Claim::Nothing, &[0.0, f64::NAN]).broken().is_some());
+    }
+
+    #[test]
+    fn an_error_may_be_a_share_of_its_tolerance_or_rounding() {
+        let mut curve = curve(Claim::PerTolerance(2.0, 1e-9), &[0.19, 2e-4, 1e-9]);
+        for (point, setting) in curve.points.iter_mut().zip(["1e-1", "1e-4", "1e-12"]) {
+            point.setting = setting.to_owned();
+        }
+        assert!(curve.broken().is_none());
+        curve.points[2].error = 2e-9;
+        assert!(curve.broken().is_some());
+        curve.points[2].error = 0.0;
+        curve.points[1].setting = "auto".to_owned();
+        assert!(curve.broken().is_some());
     }
 }

@@ -8,7 +8,10 @@ const SMALLEST: f64 = 1e-16;
 
 /// The curves of a scene, or nothing where none can be drawn.
 pub fn plot(title: &str, measure: &str, curves: &[Curve]) -> Option<LinePlot> {
-    let drawn: Vec<&Curve> = curves.iter().filter(|c| c.points.len() > 1).collect();
+    let drawn: Vec<&Curve> = curves
+        .iter()
+        .filter(|c| c.drawn && c.points.len() > 1)
+        .collect();
     if drawn.is_empty() {
         return None;
     }

@@ -4,6 +4,5 @@
 
 pub mod verify;
 
-pub use bench;
 pub use stress;
 pub use workbench::{numbers, report, scenes, shared};

@@ -87,23 +87,45 @@ fn plate(fiber: f64, cells: usize, turn: f64) -> Result<(Plate, Vec<[f64; 2]>), 
     Ok((plate, rest))
 }
 
-/// The direction of what is broken when the crack is 0.3 m long, degrees, in the plate at rest.
+/// The direction of the crack that leaves the notch when it is 0.3 m long, degrees, in the plate at
+/// rest. Across the notch two leave it, up and down: the longer one counts. What breaks elsewhere, at
+/// the rim, does not.
 fn crack(plate: &mut Plate, rest: &[[f64; 2]], cells: usize) -> Result<f64, Failure> {
     let h = 1.0 / cells as f64;
-    while plate.time() < 0.5 {
+    while plate.time() < 0.8 {
         plate.advance(0.0025)?;
         let p = plate.particles();
         let broken = (0..p.len()).filter(|&i| p.damage[i] > 0.5);
         let from_tip = broken.map(|i| rest[p.id[i] as usize]);
         let from_tip = from_tip.map(|x| [x[0] - NOTCH, x[1] - CENTER]);
-        let ahead: Vec<[f64; 2]> = from_tip
-            .filter(|r| (NEAR..FAR).contains(&r[0].hypot(r[1])))
-            .collect();
-        if ahead.iter().any(|r| r[0].hypot(r[1]) > FAR - h) {
+        let crack = joined(from_tip.collect(), h);
+        if let Some(&end) = crack.iter().find(|r| r[0].hypot(r[1]) > FAR - h) {
+            let ahead = |r: &&[f64; 2]| {
+                let distance = r[0].hypot(r[1]);
+                (NEAR..FAR).contains(&distance) && r[0] * end[0] + r[1] * end[1] > 0.0
+            };
+            let ahead: Vec<[f64; 2]> = crack.iter().filter(ahead).copied().collect();
+            eprintln!("DEBUG {} {:?} {}", ahead.len(), end, plate.time());
             return Ok(principal_direction(&ahead));
         }
     }
     Ok(f64::INFINITY)
+}
+
+/// The points that hang together with those around the tip, the origin, by steps of at most a cell.
+fn joined(mut left: Vec<[f64; 2]>, cell: f64) -> Vec<[f64; 2]> {
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    let mut edge = vec![[0.0; 2]];
+    let mut reach = NEAR;
+    while let Some(from) = edge.pop() {
+        let near = |r: &[f64; 2]| (r[0] - from[0]).hypot(r[1] - from[1]) <= reach;
+        let (next, rest): (Vec<[f64; 2]>, Vec<[f64; 2]>) = left.into_iter().partition(near);
+        edge.extend(&next);
+        found.extend(next);
+        left = rest;
+        reach = 1.01 * cell;
+    }
+    found
 }
 
 /// Direction in which points are spread most widely about their center, degrees.

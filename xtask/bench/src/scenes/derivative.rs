@@ -17,14 +17,17 @@ pub const SCENE: Scene = Scene {
     name: "dx-dtheta",
     about: "derivatives of the built-in face's shape by its parameters",
     measure: "of the column",
-    truth: "fourth-order differences of equilibria to 1e-12, steps of 0.01: 1e-7 left; routes: one \
-            another",
+    truth: "central differences of equilibria to 1e-12, steps of 1e-5: about 1e-7 left; routes: one another",
     run: curves,
     counted,
 };
 
 /// Muscles by which is differentiated, and the first columns of the jaw's motion.
 const MUSCLES: usize = 4;
+
+/// Of the differences that are taken for true. The curves of muscles are continuous with one
+/// derivative only: there is no gain in higher orders, and longer steps meet their kinks.
+const TRUE_STEP: f64 = 1e-5;
 
 fn directions() -> Vec<Direction> {
     (0..MUSCLES).map(Direction::Activation).collect()
@@ -79,13 +82,7 @@ fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
     let face = Face::builtin(settings.pick(4_000, 20_000))?;
     let pose = posed(&face)?;
     let mut rig = face.rig(rig_to(1e-12))?;
-    let h = 0.01;
-    let weights = [
-        (-2.0 * h, 1.0 / (12.0 * h)),
-        (-h, -8.0 / (12.0 * h)),
-        (h, 8.0 / (12.0 * h)),
-        (2.0 * h, -1.0 / (12.0 * h)),
-    ];
+    let weights = [(-TRUE_STEP, -0.5 / TRUE_STEP), (TRUE_STEP, 0.5 / TRUE_STEP)];
     rig.solve(&pose)?;
     let columns = (0..MUSCLES).map(|m| difference(&mut rig, &pose, m, &weights));
     let exact: Columns = columns.collect::<Result<_, Failure>>()?;
@@ -104,7 +101,7 @@ fn tolerances(
     settings: &Settings,
 ) -> Result<Curve, Failure> {
     let name = "pose and exact columns of 4 muscles";
-    let mut curve = Curve::new(name, Axis::Tolerance, Claim::AtMost(0.1));
+    let mut curve = Curve::new(name, Axis::Tolerance, Claim::PerTolerance(1.0, 1e-5));
     for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-9] {
         let timed = fastest_with(
             settings.repetitions,
@@ -139,7 +136,7 @@ fn steps(
 ) -> Result<Curve, Failure> {
     let name = "pose and central differences by 4 muscles";
     let mut curve = Curve::new(name, Axis::Derivative, Claim::Nothing);
-    for h in [1e-1, 1e-2, 1e-3, 1e-5, 1e-7] {
+    for h in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
         let weights = [(-h, -0.5 / h), (h, 0.5 / h)];
         let timed = fastest_with(
             settings.repetitions,
@@ -168,7 +165,7 @@ fn steps(
 /// All muscles and the jaw, seen at ever more landmarks: by columns, and by adjoints.
 fn routes(face: &Face, pose: &Parameters, settings: &Settings) -> Result<Curve, Failure> {
     let name = "Jacobian by all muscles and the jaw, pose and factor given";
-    let mut curve = Curve::new(name, Axis::Derivative, Claim::AtMost(1e-9));
+    let mut curve = Curve::new(name, Axis::Route, Claim::AtMost(1e-9));
     let mut rig = face.rig(rig_to(1e-10))?;
     rig.solve(pose)?;
     let mut directions: Vec<Direction> = (0..rig.muscles()).map(Direction::Activation).collect();

@@ -132,7 +132,11 @@ fn ways(name: &str) -> Vec<Ways> {
     };
     vec![
         (
-            Curve::new(named("direct"), Axis::Tolerance, Claim::FallsTo(1e-6)),
+            Curve::new(
+                named("direct"),
+                Axis::Tolerance,
+                Claim::PerTolerance(50.0, 1e-6),
+            ),
             tolerances.to_vec(),
         ),
         (

@@ -138,6 +138,7 @@ fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
         let claims = [Claim::FallsTo(0.0), Claim::AtMost(momentum)];
         let [mut energies, mut momenta] = [("energy", claims[0]), ("momentum", claims[1])]
             .map(|(what, claim)| Curve::new(format!("{what}, {name}"), Axis::Mesh, claim));
+        momenta = momenta.undrawn();
         let longest = if integrator == implicit { 32 } else { 64 };
         for cells in settings.sizes(&[8, 16, 32], &[8, 16, 32, 64]) {
             if cells <= longest {

@@ -66,11 +66,15 @@ impl Material<3> for Block {
     }
 }
 
+fn is(coordinate: f64, value: f64) -> bool {
+    (coordinate - value).abs() < 1e-9 * SIZE
+}
+
 /// Bottom on rollers, top held sideways, two planes of symmetry.
 fn dofs(nodes: &[[f64; 3]]) -> Result<Dofs<3>, Failure> {
     let held = |&[x, y, z]: &[f64; 3]| {
-        let top = z == SIZE;
-        [x == SIZE || top, y == SIZE || top, z == 0.0]
+        let top = is(z, SIZE);
+        [is(x, SIZE) || top, is(y, SIZE) || top, z == 0.0]
     };
     let axes = nodes.iter().enumerate().flat_map(|(n, p)| {
         let held = held(p);
@@ -113,13 +117,16 @@ fn loaded(mesh: &SimplexMesh<3>) -> Vec<[u32; 3]> {
     mesh.boundary_faces(|n| {
         let [x, y, z] = mesh.node(n);
         let middle = 0.5 * SIZE * (1.0 - 1e-9);
-        z == SIZE && x >= middle && y >= middle
+        is(z, SIZE) && x >= middle && y >= middle
     })
 }
 
 fn solved(n: usize, kind: Kind, repetitions: usize) -> Result<Point, Failure> {
     let assembly = assembly(n, kind)?;
-    let corner = assembly.rest().iter().position(|p| *p == [SIZE; 3]);
+    let corner = assembly
+        .rest()
+        .iter()
+        .position(|p| p.iter().all(|&c| is(c, SIZE)));
     let corner = corner.ok_or_else(|| Failure::Failed("no corner".into()))?;
     let start = assembly.rest().to_vec();
     let body = Body {

@@ -19,7 +19,11 @@ fn curves(name: &str, sizes: &[usize]) -> Vec<Curve> {
     for curve in &curves {
         let broken = curve.broken();
         assert!(broken.is_none(), "{name}, {}: {broken:?}", curve.name);
-        assert!(!curve.points.is_empty(), "{name}, {}: no points", curve.name);
+        assert!(
+            !curve.points.is_empty(),
+            "{name}, {}: no points",
+            curve.name
+        );
     }
     curves
 }
@@ -46,7 +50,10 @@ fn a_twisted_bar_comes_nearer_with_every_mesh_tolerance_and_element() {
     let quadratic = errors(&curves, "quadratic, nu = 0.45");
     assert!(quadratic[1] < 0.3 * linear[1], "{linear:?} {quadratic:?}");
     let tolerances = errors(&curves, "linear, n = 4, by itself");
-    assert!(tolerances[0] > 1e-5 && tolerances[6] < 1e-9, "{tolerances:?}");
+    assert!(
+        tolerances[0] > 1e-5 && tolerances[6] < 1e-9,
+        "{tolerances:?}"
+    );
     let axes = [
         Axis::Mesh,
         Axis::Tolerance,
@@ -68,7 +75,11 @@ fn averaged_volumes_unlock_the_bar_and_the_block_and_the_sphere() {
     for (curves, linear, patches) in [
         (&bar, "linear, nu = 0.499", "averaged volume, nu = 0.499"),
         (&block, "linear", "averaged volume"),
-        (&sphere, "linear, nu = 0.4999", "averaged volume, nu = 0.4999"),
+        (
+            &sphere,
+            "linear, nu = 0.4999",
+            "averaged volume, nu = 0.4999",
+        ),
     ] {
         let (locked, free) = (errors(curves, linear), errors(curves, patches));
         assert!(free[1] < 0.5 * locked[1], "{linear}: {locked:?} {free:?}");
@@ -82,14 +93,21 @@ fn a_blown_up_sphere_converges_to_its_differential_equation() {
     for name in ["linear, nu = 0.3", "quadratic, nu = 0.3"] {
         let found = errors(&curves, name);
         let order = (found[0] / found[1]).log2();
-        assert!((order - 2.0).abs() < 0.3, "{name}: {found:?}, order {order}");
+        assert!(
+            (order - 2.0).abs() < 0.3,
+            "{name}: {found:?}, order {order}"
+        );
     }
 }
 
 #[test]
 fn a_muscle_shortens_as_its_two_stretches_say() {
     let curves = curves("muscle", &[1, 3]);
-    assert!(errors(&curves, "linear, to 1e-10").iter().all(|e| *e < 1e-10));
+    assert!(
+        errors(&curves, "linear, to 1e-10")
+            .iter()
+            .all(|e| *e < 1e-10)
+    );
 }
 
 #[test]
