@@ -14,7 +14,7 @@ pub const TWIST: Scene = Scene {
     name: "twist",
     about: "a bar of n x n x 4n cubes, turned by 60 degrees and stretched by a tenth",
     measure: "apart, m",
-    truth: "mesh curves: quadratic elements on the finest grid, at the nodes of the coarsest; others: \
+    truth: "mesh curves: quadratic elements on the finest grid, at the corners of cubes of 1 m; others: \
             the same body to 1e-12; a bar is 1 m wide",
     run: |settings| curves(Load::Twist, settings),
     counted: || counted(Load::Twist),
