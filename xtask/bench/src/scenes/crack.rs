@@ -43,7 +43,7 @@ const SHORT: Plan = Plan {
 /// is faster than the flesh beside it turns away.
 const HALF: Plan = Plan {
     notch: 0.5,
-    eta: 0.02,
+    eta: 0.06,
 };
 const CENTER: f64 = 0.5;
 /// Where the crack is measured: beyond the blunt end of the notch, m from its tip.

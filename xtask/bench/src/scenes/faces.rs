@@ -208,7 +208,7 @@ fn builtin(settings: &Settings) -> Result<Vec<Curve>, Failure> {
         }
     }
     let mut all = vec![meshes];
-    for &tets in settings.pick(&[4_000][..], &[20_000, 100_000][..]) {
+    for &tets in settings.pick(&[4_000][..], &[20_000, 50_000][..]) {
         let face = Face::builtin(tets)?;
         all.extend(curves(&face, &format!("{tets} tets"), settings)?);
     }

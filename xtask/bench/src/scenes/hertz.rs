@@ -104,7 +104,7 @@ fn pressed(n: usize, repetitions: usize) -> Result<Point, Failure> {
 
 fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
     let mut curve = Curve::new("linear", Axis::Mesh, Claim::FallsTo(0.0));
-    for n in settings.sizes(&[8, 12, 16], &[8, 12, 16, 20, 24]) {
+    for n in settings.sizes(&[8, 12, 16], &[8, 12, 16, 20]) {
         curve.points.push(pressed(n, settings.repetitions)?);
     }
     Ok(vec![curve])

@@ -144,9 +144,9 @@ fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
     let mut curves = Vec::new();
     for kind in Kind::ALL {
         let sizes = match kind {
-            Kind::Linear => settings.sizes(&[4, 8, 12], &[4, 8, 16, 24]),
-            Kind::Patches => settings.sizes(&[4, 8, 12], &[4, 8, 12, 16, 24]),
-            Kind::Quadratic => settings.sizes(&[2, 4, 6], &[2, 4, 6, 8, 12]),
+            Kind::Linear => settings.sizes(&[4, 8, 12], &[4, 8, 16]),
+            Kind::Patches => settings.sizes(&[4, 8, 12], &[4, 8, 12, 16]),
+            Kind::Quadratic => settings.sizes(&[2, 4, 6], &[2, 4, 6, 8]),
         };
         let claim = match kind {
             Kind::Linear | Kind::Quadratic => Claim::FallsTo(0.0),
