@@ -20,7 +20,7 @@ pub const SCENE: Scene = Scene {
             another law, alike to 1e-4; straight edges leave the sphere with h^2 for every element",
     run: curves,
     counted: || {
-        let body = sphere(3, Kind::Linear, lame(YOUNG, 0.3))?;
+        let (body, _) = sphere(3, Kind::Linear, lame(YOUNG, 0.3))?;
         body.solve(DIRECT, &to(1e-8)).map(|_| ())
     },
 };
@@ -31,7 +31,8 @@ const YOUNG: f64 = 1e5;
 /// Of the shear modulus: the inner wall moves by a seventh. Above 0.8 there is no equilibrium.
 const PRESSURE: f64 = 0.4;
 
-fn sphere(n: usize, kind: Kind, constants: [f64; 2]) -> Result<Body, Failure> {
+/// An eighth of it, and what the pressure fills.
+fn sphere(n: usize, kind: Kind, constants: [f64; 2]) -> Result<(Body, Cavity<3>), Failure> {
     let mesh = octant(n, INNER, OUTER)?;
     let rest = nodes(&mesh, kind)?;
     // The tangent of 0 is 0: the planes of symmetry are exact.
@@ -40,12 +41,13 @@ fn sphere(n: usize, kind: Kind, constants: [f64; 2]) -> Result<Body, Failure> {
     let dofs = Dofs::new(&rest, &[], &planes.collect::<Vec<_>>())?;
     let faces = Cavity::turned(wall(&mesh, kind)?);
     let gas = Cavity::about(faces, [0.0; 3], PRESSURE * constants[0])?;
-    let assembly = flesh(&mesh, kind, constants, dofs, Some(gas))?;
-    Ok(Body {
+    let assembly = flesh(&mesh, kind, constants, dofs, Some(gas.clone()))?;
+    let body = Body {
         assembly,
         start: rest,
         controls: vec![],
-    })
+    };
+    Ok((body, gas))
 }
 
 /// The inner faces; those of quadratic elements in four parts.
@@ -68,14 +70,11 @@ fn wall(mesh: &SimplexMesh<3>, kind: Kind) -> Result<Vec<[u32; 3]>, Failure> {
     Ok(faces.into_iter().flat_map(parts).collect())
 }
 
-/// How far the corners on the inner wall went, on average, m.
-fn way(body: &Body, positions: &[[f64; 3]]) -> f64 {
-    let rest = body.assembly.rest();
-    let size = |p: &[f64; 3]| workbench::numbers::norm(p);
-    let ways = rest.iter().zip(positions);
-    let ways = ways.filter(|(r, _)| (size(r) - INNER).abs() < 1e-9);
-    let (count, sum) = ways.fold((0, 0.0), |(n, s), (r, x)| (n + 1, s + size(x) - size(r)));
-    sum / f64::from(count)
+/// How far a sphere of this cavity's volume would have gone, m. Places of single nodes would show how
+/// the pressure is shared among the nodes of a face.
+fn way(body: &Body, cavity: &Cavity<3>, positions: &[[f64; 3]]) -> f64 {
+    let ratio = cavity.volume(positions) / cavity.volume(body.assembly.rest());
+    INNER * (ratio.cbrt() - 1.0)
 }
 
 fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
@@ -99,9 +98,9 @@ fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
             let name = format!("{}, nu = {nu}", kind.name());
             let mut curve = Curve::new(name, Axis::Mesh, Claim::FallsTo(0.0));
             for n in sizes {
-                let body = sphere(n, kind, constants)?;
+                let (body, cavity) = sphere(n, kind, constants)?;
                 let solved = body.timed(settings.repetitions, DIRECT, &to(1e-8))?;
-                let error = (way(&body, &solved.value.positions) / exact - 1.0).abs();
+                let error = (way(&body, &cavity, &solved.value.positions) / exact - 1.0).abs();
                 curve
                     .points
                     .push(body.point(format!("n = {n}"), &solved, error));
