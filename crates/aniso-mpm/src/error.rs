@@ -61,7 +61,7 @@ pub enum MpmError {
         /// The first particle that was wrong.
         particle: usize,
         /// What was wrong with it.
-        reason: &'static str,
+        reason: Rejection,
     },
     /// A frame would take more substeps than allowed.
     #[error(
@@ -91,7 +91,7 @@ pub enum MpmError {
         /// Which system.
         system: &'static str,
         /// Why it ended.
-        reason: &'static str,
+        reason: NewtonEnd,
         /// Steps taken.
         iterations: usize,
         /// Largest change of an unknown in the last step taken, in its unit; ∞ if none was.
@@ -101,6 +101,33 @@ pub enum MpmError {
         /// The unknowns after the last step taken.
         last: Vec<f64>,
     },
+}
+
+/// Why a particle's next state was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum Rejection {
+    /// A position, a velocity or a deformation gradient is not finite.
+    #[error("gets a state that is not finite")]
+    NotFinite,
+    /// The deformation changes by more than a step may.
+    #[error("deforms too fast")]
+    TooFast,
+    /// d is outside [0, 1], or what drives it is not finite.
+    #[error("gets damage outside [0, 1] or a driving force that is not finite")]
+    Damage,
+}
+
+/// Why Newton's method ended before its tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum NewtonEnd {
+    /// All its steps are taken.
+    #[error("has not converged")]
+    NotConverged,
+    /// No step along its direction lowers the energy.
+    #[error("finds no lower energy along its direction")]
+    NoDecrease,
 }
 
 /// What a solver said.

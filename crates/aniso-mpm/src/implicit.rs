@@ -11,7 +11,7 @@
 //! that is indefinite, and never assembled.
 
 use crate::body::Body;
-use crate::error::MpmError;
+use crate::error::{MpmError, NewtonEnd};
 use crate::float::{Float, worse};
 use crate::kernels::{Spline, locate};
 use crate::particles::Particles;
@@ -347,8 +347,8 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
 /// The error of a step whose Newton iteration failed.
 fn failure(error: &NewtonError, change: f64, tolerance: f64, last: &[f64]) -> MpmError {
     let reason = match error.reason {
-        NewtonFailure::NotConverged => "has not converged",
-        NewtonFailure::LineSearchFailed { .. } => "finds no lower energy along its direction",
+        NewtonFailure::NotConverged => NewtonEnd::NotConverged,
+        NewtonFailure::LineSearchFailed { .. } => NewtonEnd::NoDecrease,
         _ => {
             return MpmError::Solve {
                 system: "implicit step",

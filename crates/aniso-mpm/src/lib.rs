@@ -30,7 +30,7 @@ mod window;
 pub use binning::Binning;
 pub use blocks::{BLOCK_NODES, BlockSet, block_side};
 pub use body::{Body, Fiber};
-pub use error::{MpmError, SolveError};
+pub use error::{MpmError, NewtonEnd, Rejection, SolveError};
 pub use float::{Float, worse};
 pub use implicit::ImplicitStep;
 pub use kernels::{Cubic, Linear, Quadratic, Spline, Stencil};

@@ -2,7 +2,7 @@
 
 use crate::blocks::{BLOCK_NODES, BLOCKS};
 use crate::damage::DamageOutput;
-use crate::error::MpmError;
+use crate::error::{MpmError, Rejection};
 use crate::float::{Float, all_finite, worse};
 use crate::obstacle::Obstacle;
 use crate::simulation::{Integrator, Simulation};
@@ -239,10 +239,10 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
             reason,
         };
         if let Some(particle) = worst.not_finite {
-            return Err(reject(particle, "gets a state that is not finite"));
+            return Err(reject(particle, Rejection::NotFinite));
         }
         if let Some(particle) = worst.too_fast {
-            return Err(reject(particle, "deforms too fast"));
+            return Err(reject(particle, Rejection::TooFast));
         }
         let chunks = damage.d.chunks(CHUNK).zip(damage.history.chunks(CHUNK));
         let wrong: Vec<Option<usize>> = parallel::map(chunks.collect(), |(d, history)| {
@@ -251,8 +251,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         });
         let mut wrong = wrong.into_iter().enumerate();
         if let Some(particle) = wrong.find_map(|(chunk, at)| Some(chunk * CHUNK + at?)) {
-            let reason = "gets damage outside [0, 1] or a driving force that is not finite";
-            return Err(reject(particle, reason));
+            return Err(reject(particle, Rejection::Damage));
         }
         std::mem::swap(&mut self.particles, &mut self.next);
         self.time += dt;

@@ -306,6 +306,43 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
     assert!((lateral(&["--jaw", "rigid"]) - 1.0).abs() < 0.1);
     assert!(lateral(&["--jaw", "joint", "--jaw-weight", "1e6"]).abs() < 0.05);
 
+    // The same frame, z-up and of half the size, is no target of this face until it is laid over it.
+    let mut foreign = String::from("target,landmark,ict_vertex,x,y,z\n");
+    for row in targets.lines().filter(|row| row.starts_with("frame 1")) {
+        let fields: Vec<&str> = row.split(',').collect();
+        let [x, y, z] = [3, 4, 5].map(|k| 0.5 * fields[k].parse::<f64>().unwrap());
+        foreign += &format!("frame 1,{},0,{x},{},{y}\n", fields[1], -z);
+    }
+    std::fs::write(at.join("foreign.csv"), foreign).unwrap();
+    let fit_foreign = |more: &[&str]| {
+        let mut all = vec!["fit", "small.json", "--targets", "foreign.csv", "--json"];
+        all.extend([
+            "--pictures",
+            "none",
+            "--write",
+            "none",
+            "--force",
+            "--out",
+            "foreign",
+        ]);
+        all.extend(more);
+        let output = face_rig(at, &all);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), report["results"]["fits"][0].clone())
+    };
+    let (code, fit) = fit_foreign(&[]);
+    let missed = fit["outcome"]["missed"].as_str().unwrap();
+    assert_eq!(code, Some(1));
+    assert!(
+        missed.contains("scaled by 2.00") && missed.contains("--align"),
+        "{missed}"
+    );
+    let (code, fit) = fit_foreign(&["--align"]);
+    assert_eq!(code, Some(0), "{fit}");
+    let scale = fit["alignment"]["scale"].as_f64().unwrap();
+    assert!((scale - 2.0).abs() < 1e-3, "{scale}");
+    assert!(fit["rms_after_mm"].as_f64().unwrap() < 0.3, "{fit}");
+
     let with = |from: &str, to: &str| std::fs::write(at.join("bad.csv"), targets.replace(from, to));
     let fit_bad = ["fit", "small.json", "--targets", "bad.csv", "--out", "bad"];
     with("frame 2", "../frame 2").unwrap();

@@ -3,10 +3,10 @@
 use super::defect::{Defect, FibersDefect, MaterialDefect};
 use super::format::{Inversion, Volume};
 use super::material::{FiberCurve, FiberStretch, NamedMaterial, Region};
-use super::{Scene, SceneError};
-use face_rig::anatomy::{Bone, FiberEntry};
+use super::{Ligament, Scene, SceneError};
+use face_rig::anatomy::{Bone, FiberEntry, Share};
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
-use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve};
+use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve, Tendon};
 use fem_materials::inversion::VolumeBarrier;
 use fem_materials::registry::ModelError;
 use fem_materials::{FiberLaw, Lame, Stretch};
@@ -46,6 +46,9 @@ impl Scene {
         }
         for (control, fibers) in by_control {
             builder = changed(builder, control, |b| self.with_fibers(b, &fibers))?;
+        }
+        for ligament in &self.ligaments {
+            builder = self.with_ligament(builder, ligament)?;
         }
         let builder = self.with_loads(builder);
         builder.and_then(AssemblyBuilder::build).map_err(in_mesh)
@@ -122,13 +125,40 @@ impl Scene {
 
     /// An entry of the field as a fiber of this element.
     pub(crate) fn fiber(&self, entry: &FiberEntry, element: usize) -> Fiber {
+        let own = self.own_fibers.get(&entry.muscle).copied();
+        let own = own.unwrap_or_default();
+        let stress = own.max_isometric_stress;
+        let stress = stress.unwrap_or(self.fibers.max_isometric_stress);
+        let optimal = own.optimal_stretch;
         Fiber {
             element,
             control: entry.muscle as usize,
             direction: entry.direction,
-            max_isometric_stress: self.fibers.max_isometric_stress * entry.weight,
-            optimal_stretch: self.fibers.optimal_stretch,
+            max_isometric_stress: stress * entry.weight,
+            optimal_stretch: optimal.unwrap_or(self.fibers.optimal_stretch),
         }
+    }
+
+    /// Fibers that no activation reaches.
+    fn with_ligament(
+        &self,
+        builder: AssemblyBuilder<3>,
+        ligament: &Ligament,
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
+        let fiber = |share: &Share| Fiber {
+            element: share.tet as usize,
+            control: 0,
+            direction: share.direction,
+            max_isometric_stress: ligament.stiffness * share.weight,
+            optimal_stretch: 1.0,
+        };
+        let fibers: Vec<Fiber> = ligament.shares.iter().map(fiber).collect();
+        let law = FiberLaw {
+            curve: Tendon { toe: ligament.toe },
+            stretch: Stretch::Total,
+        };
+        let count = self.muscles.len();
+        builder.fibers(law, count, &fibers).map_err(in_mesh)
     }
 
     /// Adds fibers with the scene's curve.

@@ -1,5 +1,6 @@
 //! What was understood of a scene, and what looks wrong.
 
+use super::warning::{self, Warning};
 use super::{Region, Scene, TargetKind};
 use face_rig::anatomy::{Bone, Side};
 use fem_assembly::mesh::Quality;
@@ -43,7 +44,7 @@ pub struct CheckReport {
     /// Targets that are other people.
     pub identities: usize,
     /// What looks wrong, each with its cure.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Size and shape of the flesh.
@@ -140,7 +141,7 @@ pub fn check(scene: &Scene) -> CheckReport {
         identities: identity(TargetKind::Identity),
         warnings: Vec::new(),
     };
-    report.warnings = warnings(scene, &report, crowded);
+    report.warnings = warning::all(scene, &report, crowded);
     report
 }
 
@@ -189,127 +190,6 @@ fn muscle_report(scene: &Scene) -> (Vec<MuscleReport>, usize, usize, usize) {
         crowded += usize::from(in_tet.iter().map(|e| e.weight).sum::<f64>() > 1.05);
     }
     (muscles, tets, most, crowded)
-}
-
-/// Units whose factor to meters a scene's `scale` can give.
-const UNITS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("inches", 0.0254), ("µm", 1e-6)];
-
-/// "this face is 180 m tall …" for a face that is not 8 cm to 80 cm tall.
-fn units_warning(height: f64) -> Option<String> {
-    let plausible = |h: f64| (0.08..=0.8).contains(&h);
-    if plausible(height) {
-        return None;
-    }
-    let guess = UNITS.iter().find(|(_, factor)| plausible(height * factor));
-    let cure = guess.map_or_else(
-        || "set \"scale\" to the meters per unit of the files".into(),
-        |(unit, factor)| format!("did you mean {unit}? add \"scale\": {factor}"),
-    );
-    Some(format!(
-        "this face is {height:.3} m tall: meters expected, {cure}"
-    ))
-}
-
-/// What looks wrong, in the order of the report.
-#[derive(Default)]
-struct Warnings(Vec<String>);
-
-impl Warnings {
-    fn add(&mut self, condition: bool, text: impl FnOnce() -> String) {
-        if condition {
-            self.0.push(text());
-        }
-    }
-
-    fn mesh(&mut self, mesh: &MeshReport) {
-        self.0.extend(units_warning(mesh.size[1]));
-        let pieces = mesh.components;
-        self.add(pieces > 1, || {
-            format!(
-                "the flesh has {pieces} pieces that share no face; pieces without bone nodes float away"
-            )
-        });
-        let inverted = mesh.inverted;
-        self.add(inverted > 0, || {
-            format!("{inverted} tets had negative volume and were repaired; check the mesh's axes")
-        });
-        let (angle, worst) = (mesh.smallest_dihedral, &mesh.worst);
-        self.add(angle < 5.0, || {
-            format!("dihedral angles down to {angle:.1}°; remesh around {worst:?}")
-        });
-    }
-
-    fn bones(&mut self, scene: &Scene, report: &CheckReport) {
-        self.add(scene.bones.jaw.is_empty(), || {
-            "no node hangs on the jaw: its motion will do nothing; label its nodes".into()
-        });
-        let both = report.tets_touching_both_bones;
-        self.add(both > 0, || {
-            format!(
-                "{both} tets touch the cranium and the jaw; they limit how far the jaw opens, refine there"
-            )
-        });
-        let between = &report.tets_moved_by_both_bones;
-        let (count, named) = (between.len(), &between[..between.len().min(8)]);
-        let more = if count > named.len() { ", …" } else { "" };
-        let list: Vec<String> = named.iter().map(u32::to_string).collect();
-        self.add(count > 0, || {
-            format!(
-                "{count} tets hang on cranium and jaw with all their nodes ({}{more}): they are moved by \
-                 the bones alone and turn inside out when the jaw moves far; refine or remove them",
-                list.join(", ")
-            )
-        });
-    }
-
-    fn muscles(&mut self, scene: &Scene, report: &CheckReport, crowded: usize) {
-        for MuscleReport { name, tets, .. } in &report.muscles {
-            self.add(*tets == 0, || {
-                format!(
-                    "muscle {name} runs through no tet and does nothing; refine or check its path"
-                )
-            });
-        }
-        for muscle in &scene.muscles {
-            let name = &muscle.name;
-            let partner = match muscle.side() {
-                Side::Left => name.strip_suffix('L').map(|s| format!("{s}R")),
-                Side::Right => name.strip_suffix('R').map(|s| format!("{s}L")),
-                Side::Middle => None,
-            };
-            let missing = partner.filter(|p| !scene.muscles.iter().any(|m| m.name == *p));
-            let warning = |partner| format!("muscle {name} has no partner {partner}");
-            self.0.extend(missing.map(warning));
-        }
-        self.add(crowded > 0, || {
-            format!(
-                "in {crowded} tets the muscles' weights sum to more than 1: more flesh than there is room for"
-            )
-        });
-    }
-
-    fn targets(&mut self, scene: &Scene, landmarks: usize) {
-        self.add(landmarks != 0 && landmarks != 68, || {
-            format!("{landmarks} landmarks instead of the usual 68")
-        });
-        for target in &scene.targets {
-            let (goals, name) = (target.landmarks.len(), &target.name);
-            self.add(goals < landmarks, || {
-                format!(
-                    "target {name} has {goals} of {landmarks} landmarks; the others are ignored"
-                )
-            });
-        }
-    }
-}
-
-fn warnings(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<String> {
-    let mut warnings = Warnings::default();
-    warnings.mesh(&report.mesh);
-    warnings.bones(scene, report);
-    warnings.muscles(scene, report, crowded);
-    warnings.targets(scene, report.landmarks);
-    warnings.0
 }
 
 impl fmt::Display for CheckReport {
@@ -398,21 +278,5 @@ impl MeshReport {
         )?;
         writeln!(f, "             worst tets {:?}", self.worst)?;
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::units_warning;
-
-    #[test]
-    fn units_are_guessed_from_the_height() {
-        assert_eq!(units_warning(0.22), None);
-        let text = units_warning(180.0).expect("too tall");
-        let cure =
-            "this face is 180.000 m tall: meters expected, did you mean mm? add \"scale\": 0.001";
-        assert_eq!(text, cure);
-        assert!(units_warning(22.0).is_some_and(|t| t.contains("did you mean cm?")));
-        assert!(units_warning(1e-4).is_some_and(|t| t.contains("meters per unit")));
     }
 }

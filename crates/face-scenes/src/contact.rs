@@ -176,9 +176,11 @@ pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneEr
     })
 }
 
-type Shape = (RigidSurface, [[f64; 3]; 2]);
+/// A surface, and the lowest and the highest corner of a box around it.
+pub(super) type Shape = (RigidSurface, [[f64; 3]; 2]);
 
-fn shapes(
+/// What one shape of a scene stands for.
+pub(super) fn shapes(
     place: &Place,
     field: &str,
     spec: &ShapeSpec,

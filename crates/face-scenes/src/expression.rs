@@ -1,10 +1,13 @@
 //! One expression of a scene, fitted: landmarks (and dense skin where asked) to activations and jaw.
 
+use super::alignment::{FAR, Pairs, Suspicion};
 use super::outcome::{LIMIT_SHARE, Outcome, Unfinished, past_limits, possible};
 use super::{Scene, Target};
 use face_rig::Stopwatch;
 use face_rig::anatomy::JawJoint;
-use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization};
+use face_rig::fit::{
+    FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization, Similarity,
+};
 use face_rig::rig::{AffineMap, Rig};
 use fem_solvers::GaussNewtonFailure;
 use std::collections::BTreeMap;
@@ -32,6 +35,8 @@ pub struct ExpressionFit {
     pub name: String,
     /// Points fitted.
     pub points: usize,
+    /// What laid the target over the face before the fit, if that was asked for.
+    pub alignment: Option<Similarity>,
     /// Root-mean-square distance at rest, millimeters.
     pub rms_before_mm: f64,
     /// The same after the fit.
@@ -160,9 +165,16 @@ pub fn fit_expression(
     let ratios = rig.assembly().volume_ratios(&rig.solved().in_cranium_frame);
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
+    let outcome = met(
+        outcome,
+        scene,
+        target,
+        last.map_or(f64::NAN, |i| 1e-3 * i.rms_mm),
+    );
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: goals.counted(),
+        alignment: target.alignment,
         rms_before_mm: 1e3 * goals.rms(scene.mesh.nodes()),
         rms_after_mm: last.map_or(f64::NAN, |i| i.rms_mm),
         largest_mm: last.map_or(f64::NAN, |i| i.largest_mm),
@@ -183,6 +195,28 @@ pub fn fit_expression(
         q,
         positions,
     })
+}
+
+/// A fit that ends far from its target was given one of another face, place or unit.
+fn met(outcome: Outcome, scene: &Scene, target: &Target, rms: f64) -> Outcome {
+    if !matches!(outcome, Outcome::Converged(_)) {
+        return outcome;
+    }
+    let counted = target.landmarks.iter().filter(|goal| goal.weight > 0.0);
+    let (rest, target) = counted
+        .map(|goal| (goal.point.position(scene.mesh.nodes()), goal.position))
+        .unzip();
+    let pairs = Pairs { target, rest };
+    let spread = pairs.spread();
+    if !(rms > FAR * spread) {
+        return outcome;
+    }
+    let suspicion = Suspicion::of(&pairs, rms);
+    Outcome::Missed {
+        rms,
+        spread,
+        suspicion,
+    }
 }
 
 fn jaw_pose(joint: &JawJoint, jaw: &AffineMap, truth: Option<&AffineMap>) -> JawPose {

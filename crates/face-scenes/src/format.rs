@@ -1,6 +1,7 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
 use super::contact::ContactSpec;
+use super::courses::{DrawnMuscle, DrawnRegion, LigamentSpec, OwnFibersSpec};
 use super::influences::{CavitySpec, LoadSpec, MotionSpec, StiffnessSpec, StrengthSpec};
 use super::material::{Fibers, MaterialSpec};
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,9 @@ pub struct SceneFile {
     /// Regions made of something else.
     #[serde(default)]
     pub regions: Option<RegionsSpec>,
+    /// Passive fibers.
+    #[serde(default)]
+    pub ligaments: Vec<LigamentSpec>,
     /// What all muscles share.
     #[serde(default, alias = "fibres")]
     pub fibers: Fibers,
@@ -218,11 +222,21 @@ pub struct JointLimitsSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MusclesSpec {
-    /// The names, in the order of the indices.
+    /// The names, in the order of the indices; none by default.
+    #[serde(default)]
     pub names: NamesSpec,
-    /// Where the fibers run.
-    #[serde(alias = "fibres")]
-    pub fibers: FibersSpec,
+    /// Where the fibers run; nowhere by default.
+    #[serde(default, alias = "fibres")]
+    pub fibers: Option<FibersSpec>,
+    /// Those of them that are left out; a name without `_L` or `_R` means both sides.
+    #[serde(default)]
+    pub without: Vec<String>,
+    /// Muscles drawn here, which replace those of the same names or come after the others.
+    #[serde(default)]
+    pub drawn: Vec<DrawnMuscle>,
+    /// What some muscles have for themselves.
+    #[serde(default)]
+    pub own: Vec<OwnFibersSpec>,
 }
 
 /// Muscle names.
@@ -236,6 +250,12 @@ pub enum NamesSpec {
     List(Vec<String>),
 }
 
+impl Default for NamesSpec {
+    fn default() -> Self {
+        Self::List(Vec::new())
+    }
+}
+
 /// Which elements the muscles fill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -243,6 +263,10 @@ pub enum NamesSpec {
 pub enum FibersSpec {
     /// CSV `tet,muscle,weight,fx,fy,fz`; several lines for one tet add up.
     Table(PathBuf),
+    /// A JSON file: a list of muscles with `name`, `half_thickness_m`, `closed_loop` and `fibres`, lists
+    /// of points `point_m`; one line is the axis of a bundle, several lie in a sheet. The muscles are
+    /// looked up by name.
+    Curves(PathBuf),
     /// Cell data arrays of the mesh: one muscle in each tet at most.
     Arrays {
         /// Index of the muscle, −1 for none.
@@ -271,14 +295,19 @@ fn rest() -> String {
     "rest".into()
 }
 
-/// Materials by a cell data array of whole numbers.
+/// Materials by a cell data array of whole numbers, and along lines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegionsSpec {
-    /// Name of the array.
+    /// Name of the array; needed with `labels`.
+    #[serde(default)]
     pub array: String,
     /// What each label means; other labels get the scene's `material`.
+    #[serde(default)]
     pub labels: Vec<RegionSpec>,
+    /// Regions along lines, each over those before it.
+    #[serde(default)]
+    pub drawn: Vec<DrawnRegion>,
 }
 
 /// One label of a region array.
@@ -303,6 +332,12 @@ pub struct TargetsSpec {
     /// Targets of that file to leave out, such as the rest state itself.
     #[serde(default)]
     pub skip: Vec<String>,
+    /// Lays the targets over the face at rest, by a motion with scale of each: for tables with other
+    /// axes, another unit or another place. A target of `skip` that the table has (the neutral face)
+    /// gives one motion for all; without one each target's own landmarks do, those that moved counting
+    /// less.
+    #[serde(default)]
+    pub align: bool,
     /// Names that start like this are other people, not expressions; muscles cannot reach them.
     #[serde(default)]
     pub identities: Vec<String>,

@@ -67,6 +67,7 @@
 //! * `muscles.names` may be `{ "list": ["frown_L", "frown_R"] }`; `muscles.fibers` may be
 //!   `{ "arrays": { "muscle": "muscle", "weight": "muscle_weight", "fiber": "fiber" } }`, cell data
 //!   of the mesh with −1 for no muscle. In a table several muscles may share a tet: they add up.
+//! * Muscles, ligaments and regions may be drawn as lines; see below.
 //! * `material`: `preset` with a name of [`fem_materials::presets`], or any model of
 //!   [`fem_materials::registry`] with its parameters, such as
 //!   `{ "yeoh": { "c1": 2e5, "c2": -1e4, "c3": 2e3, "K": 2e6 } }`. A model that elastic constants
@@ -84,7 +85,52 @@
 //!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
 //!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
 //!   `sphere`, `capsule`, `box` or `half_space`.
+//! * `targets.align`: true lays the targets over the face by a motion with scale
+//!   ([`TargetsSpec::align`]).
 //! * Without `embedding`, landmarks are placed by their positions at rest.
+//!
+//! # What is drawn as lines
+//!
+//! ```json
+//! "muscles": {
+//!   "names": { "file": "muscles.json" }, "fibers": { "curves": "muscles.json" },
+//!   "without": ["orbicularis_oculi_palpebral"],
+//!   "drawn": [
+//!     { "name": "corrugator_supercilii_L", "mirrored": true,
+//!       "along": { "lines": [[{ "landmark": 22, "offset": [-0.006, 0.004, -0.008] },
+//!                             { "landmark": 23, "offset": [0, 0, -0.005] }, { "landmark": 24 }]],
+//!                  "radius": 0.002 } },
+//!     { "name": "ring", "max_isometric_stress": 300e3,
+//!       "along": { "lines": [[[0, 0, 0], [0.01, 0.02, 0], [0.02, 0, 0]], [[0, 0, 0.01], [0.01, 0.02, 0.01], [0.02, 0, 0.01]]],
+//!                  "closed": true, "thickness": 0.002,
+//!                  "over": [{ "shape": { "eyeballs": "jaw.json" }, "clearance": 0.001 }] } }
+//!   ],
+//!   "own": [{ "muscles": ["levator_palpebrae"], "optimal_stretch": 1.4 }]
+//! }
+//! ```
+//!
+//! A [`CourseSpec`] (`along`) is one or more `lines` of two points or more, `smooth` through their points
+//! unless `false`, and the flesh around them: bundles of a `radius` about each, a sheet of a `thickness`
+//! from each line to the next, or straps of `width`, `thickness` and `normal`. A point is `[x, y, z]`, or
+//! a `landmark` by its index, a `vertex` of the embedding, or a place `at` a share `between` two points,
+//! with an `offset`. `over` lays the lines over a solid with a `clearance`. With `"mirrored": true` a name
+//! that ends in `_L` gets its partner `_R`, mirrored at x = 0; landmarks are those of the 68-point scheme
+//! then.
+//!
+//! The program finds the tetrahedra, the share of each that the drawing fills, and the direction in it
+//! ([`Course`](face_rig::anatomy::Course)): shares times volumes sum to length times cross-section but
+//! for what lies outside the flesh, and where muscles interlace they share a tetrahedron.
+//!
+//! * `muscles.fibers` may be `{ "curves": "muscles.json" }`: a list with `name`, `half_thickness_m`,
+//!   `closed_loop` and `fibres`, lists of `point_m`; one line is a bundle, several lie in a sheet with
+//!   round borders. `without` leaves muscles of file or table out, `drawn` replaces them by name or
+//!   adds others ([`DrawnMuscle`]), `own` gives muscles a σ_max or an optimal stretch of their own
+//!   ([`OwnFibersSpec`]). `names` and `fibers` may be left out where all is drawn.
+//! * `ligaments`: passive fibers ([`LigamentSpec`]), `{ "name": "canthal_L", "mirrored": true,
+//!   "along": …, "stiffness": 20e6, "toe": 0.03 }`.
+//! * `regions.drawn`: regions of another material ([`DrawnRegion`]), cartilage or soft lids:
+//!   `{ "name": "lids", "mirrored": true, "along": …, "share": 0.4, "material": … }`: the elements
+//!   that are filled to that share (a half by default), over regions before it.
 //!
 //! # Loads, cavities and other controls
 //!
@@ -122,9 +168,11 @@
 pub mod builtin;
 pub mod defect;
 
+mod alignment;
 mod assembly;
 mod check;
 mod contact;
+mod courses;
 mod error;
 mod expression;
 mod format;
@@ -141,9 +189,15 @@ mod reactions;
 mod rig;
 mod table;
 mod targets;
+mod warning;
 
+pub use alignment::Suspicion;
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
+pub use courses::{
+    CourseSpec, DrawnMuscle, DrawnRegion, Ligament, LigamentSpec, OverSpec, OwnFibers,
+    OwnFibersSpec, PlaceOnFace, PointSpec,
+};
 pub use error::SceneError;
 pub use expression::{DenseError, ExpressionFit, JawPose, Observed, fit_expression};
 pub use format::{
@@ -159,10 +213,11 @@ pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial
 pub use outcome::{ImpossiblePose, Outcome, Unfinished};
 pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
+pub use warning::Warning;
 
 use defect::TargetDefect;
 use face_rig::anatomy::{AffineMap, Bones, EmbeddedPoint, FiberField, JawJoint, Muscle};
-use face_rig::fit::Goal;
+use face_rig::fit::{Goal, Similarity};
 use fem_assembly::mesh::{Repairs, SimplexMesh};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -189,6 +244,10 @@ pub struct Scene {
     pub fiber_field: FiberField,
     /// What all of them share.
     pub fibers: Fibers,
+    /// What some of them have for themselves, by their index.
+    pub own_fibers: BTreeMap<u32, OwnFibers>,
+    /// Passive fibers.
+    pub ligaments: Vec<Ligament>,
     /// What the flesh is made of; the first is the scene's own material.
     pub regions: Vec<Region>,
     /// The region of every element.
@@ -282,6 +341,8 @@ pub struct Target {
     pub dense: Option<Vec<[f64; 3]>>,
     /// The rigid jaw motion behind it where known: to compare with, not to fit with.
     pub jaw_truth: Option<AffineMap>,
+    /// What laid it over the face, if it was asked for.
+    pub alignment: Option<Similarity>,
 }
 
 impl Scene {
@@ -290,21 +351,32 @@ impl Scene {
     /// # Errors
     /// [`SceneError`]: every inconsistency, with file, place and cure.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
-        load::load(path.as_ref())
+        load::load(path.as_ref(), false)
+    }
+
+    /// The same with the targets laid over the face at rest, whatever the scene says of that
+    /// ([`TargetsSpec::align`]).
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_aligned(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        load::load(path.as_ref(), true)
     }
 
     /// Replaces the targets by those of a landmark table (`target,landmark,ict_vertex,x,y,z`, optionally `weight`; meters;
     /// a path from the current folder), in order of first appearance; the scene's own names to
-    /// skip (`rest` if it has none) and of identities hold for it too.
+    /// skip (`rest` if it has none) and of identities hold for it too. With `align` they are laid over
+    /// the face first ([`TargetsSpec::align`]).
     ///
     /// # Errors
     /// [`SceneError`] with file, line and cure.
-    pub fn read_targets(&mut self, file: &Path) -> Result<(), SceneError> {
+    pub fn read_targets(&mut self, file: &Path, align: bool) -> Result<(), SceneError> {
         let place = load::Place {
             path: &self.path,
             scale: 1.0,
         };
         let spec = TargetsSpec {
+            align,
             landmarks: std::path::absolute(file).map_err(SceneError::io(file))?,
             skip: self.skip.clone(),
             identities: self.identities.clone(),

@@ -1,5 +1,6 @@
 //! From a scene file to plain data: the flesh, its bones and what it is made of.
 
+use super::courses::{DrawnRegion, Ligament, OwnFibers, Paper};
 use super::defect::{Defect, FleshDefect, Location};
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec, JointSpec,
@@ -12,7 +13,7 @@ use super::{
 };
 use face_rig::anatomy::{
     Bone, Bones, CondylarPath, EmbeddedPoint, FiberField, JawHinge, JawJoint, JointError,
-    JointLimits, Muscle,
+    JointLimits, Muscle, TetLocator,
 };
 use fem_assembly::mesh::{MeshFile, Orientation, Orphans, Repairs, SimplexMesh};
 use serde::Deserialize;
@@ -44,6 +45,7 @@ pub(super) struct Flesh {
     pub joint: JawJoint,
     pub muscles: Vec<Muscle>,
     pub fiber_field: FiberField,
+    pub own_fibers: BTreeMap<u32, OwnFibers>,
     pub regions: Vec<Region>,
     pub region_of_tet: Vec<u32>,
     pub embedding: BTreeMap<u32, EmbeddedPoint>,
@@ -51,8 +53,12 @@ pub(super) struct Flesh {
     pub skin: Option<Skin>,
 }
 
-pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    let file = SceneFile::read(path)?;
+/// With `align` the targets are laid over the face whatever the file says.
+pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
+    let mut file = SceneFile::read(path)?;
+    if let Some(targets) = &mut file.targets {
+        targets.align |= align;
+    }
     let place = Place {
         path,
         scale: file.scale,
@@ -80,8 +86,10 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         region_of_tet: &flesh.region_of_tet,
     };
     let influences = influences::load(&place, &file, &ground, mesh_file.as_ref())?;
+    let ligaments = ligaments(&place, &file, &flesh)?;
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
     scene.influences = influences;
+    scene.ligaments = ligaments;
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
     scene.inversion = file.inversion;
@@ -97,6 +105,20 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         }
     }
     Ok(scene)
+}
+
+fn ligaments(place: &Place, file: &SceneFile, flesh: &Flesh) -> Result<Vec<Ligament>, SceneError> {
+    if file.ligaments.is_empty() {
+        return Ok(Vec::new());
+    }
+    let paper = Paper {
+        place,
+        mesh: &flesh.mesh,
+        locator: TetLocator::new(&flesh.mesh),
+        landmarks: &flesh.landmarks,
+        embedding: &flesh.embedding,
+    };
+    paper.ligaments(&file.ligaments, flesh.muscles.len())
 }
 
 /// The face itself, and the mesh file that it comes from, if any.
@@ -134,6 +156,8 @@ impl Flesh {
             joint: self.joint,
             muscles: self.muscles,
             fiber_field: self.fiber_field,
+            own_fibers: self.own_fibers,
+            ligaments: Vec::new(),
             fibers,
             regions: self.regions,
             region_of_tet: self.region_of_tet,
@@ -161,16 +185,34 @@ fn from_files(
     let (mesh, repairs) = mesh(place, files, mesh_file)?;
     let bones = bones(mesh_file, &files.bones)?;
     let joint = joint(place, &files.hinge, &files.joint)?;
-    let (muscles, fiber_field) = muscles::load(place, &files.muscles, mesh_file, &mesh)?;
-    let (regions, region_of_tet) = regions(place, region_spec, mesh_file, material)?;
     let (embedding, landmarks) = targets::points(place, files, &mesh, &repairs)?;
+    let paper = Paper {
+        place,
+        mesh: &mesh,
+        locator: TetLocator::new(&mesh),
+        landmarks: &landmarks,
+        embedding: &embedding,
+    };
+    let (anatomy, fiber_field) = muscles::load(&paper, &files.muscles, mesh_file)?;
+    let (mut regions, mut region_of_tet) = regions(place, region_spec, mesh_file, material)?;
+    for (k, drawn) in region_spec.iter().flat_map(|spec| &spec.drawn).enumerate() {
+        draw(
+            &paper,
+            &format!("regions.drawn[{k}]"),
+            drawn,
+            &mut regions,
+            &mut region_of_tet,
+        )?;
+    }
+    drop(paper);
     Ok(Flesh {
         mesh,
         repairs,
         bones,
         joint,
-        muscles,
+        muscles: anatomy.muscles,
         fiber_field,
+        own_fibers: anatomy.own,
         regions,
         region_of_tet,
         embedding,
@@ -311,6 +353,25 @@ fn material(place: &Place, field: &str, spec: &MaterialSpec) -> Result<NamedMate
     spec.resolve().map_err(|defect| place.field(field, defect))
 }
 
+/// Puts a region along lines over those that are there.
+fn draw(
+    paper: &Paper,
+    field: &str,
+    drawn: &DrawnRegion,
+    regions: &mut Vec<Region>,
+    region_of_tet: &mut [u32],
+) -> Result<(), SceneError> {
+    let index = regions.len() as u32;
+    regions.push(Region {
+        name: drawn.name.clone(),
+        material: material(paper.place, field, &drawn.material)?,
+    });
+    for tet in paper.region(field, drawn)? {
+        region_of_tet[tet as usize] = index;
+    }
+    Ok(())
+}
+
 /// Region 0 is the scene's own material; labels follow in their order.
 fn regions(
     place: &Place,
@@ -335,6 +396,9 @@ fn regions(
             name: region.name.clone(),
             material: material(place, &field, &region.material)?,
         });
+    }
+    if spec.labels.is_empty() {
+        return Ok((regions, vec![0; file.cell_types.len()]));
     }
     let labels = file.cell_integers(&spec.array)?;
     let region_of = |label: &i64| {

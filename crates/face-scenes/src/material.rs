@@ -3,6 +3,7 @@
 use super::defect::{FibersDefect, MaterialDefect};
 use super::names;
 use fem_assembly::{AssemblyBuilder, AssemblyError};
+use fem_kinematics::{Mat, cauchy_from_piola};
 use fem_materials::presets::{PRESETS, Preset, preset};
 use fem_materials::registry::{
     ELASTIC_PAIRS, Entry, ModelError, Parameters, SolidVisitor, UseSolid, at_rest, for_each_solid,
@@ -67,6 +68,23 @@ impl NamedMaterial {
             }
         }
         self.with(AtRest)
+    }
+    /// Equivalent stress of von Mises, √(3/2) |dev σ| with σ = P Fᵀ / J, pascals: 0 where F is a
+    /// rotation times a number.
+    ///
+    /// # Errors
+    /// As [`NamedMaterial::with`].
+    pub fn von_mises_stress(&self, deformation_gradient: &Mat<f64, 3>) -> Result<f64, ModelError> {
+        struct At<'a>(&'a Mat<f64, 3>);
+        impl UseSolid for At<'_> {
+            type Output = f64;
+            fn call<M: Material<3> + 'static>(self, model: M) -> f64 {
+                let sigma = cauchy_from_piola(self.0, &model.stress(self.0));
+                let deviator = sigma - Mat::identity().scale(sigma.trace() / 3.0);
+                (1.5 * deviator.dot(&deviator)).sqrt()
+            }
+        }
+        self.with(At(deformation_gradient))
     }
 }
 

@@ -1,5 +1,6 @@
-//! Muscles of a scene: names, and fibers from a sparse table or dense arrays.
+//! Muscles of a scene: names, and fibers from a sparse table, dense arrays or curves.
 
+use super::courses::{Anatomy, Paper};
 use super::defect::{Location, MuscleDefect};
 use super::format::{FibersSpec, MusclesSpec, NamesSpec};
 use super::load::Place;
@@ -17,22 +18,53 @@ struct NamedMuscle {
     name: String,
 }
 
+/// The muscles, their fibers, and what some have for themselves.
 pub(super) fn load(
-    place: &Place,
+    paper: &Paper,
     spec: &MusclesSpec,
     file: &MeshFile,
-    mesh: &SimplexMesh<3>,
-) -> Result<(Vec<Muscle>, FiberField), SceneError> {
+) -> Result<(Anatomy, FiberField), SceneError> {
+    let (place, mesh) = (paper.place, paper.mesh);
     let muscles = names(place, &spec.names)?;
+    let count = muscles.len();
+    let drawn = !spec.drawn.is_empty() || matches!(spec.fibers, Some(FibersSpec::Curves(_)));
     let field = match &spec.fibers {
-        FibersSpec::Table(table) => from_table(&place.file(table), mesh, muscles.len())?,
-        FibersSpec::Arrays {
+        None => FiberField::default(),
+        Some(FibersSpec::Table(table)) => from_table(&place.file(table), mesh, count)?,
+        Some(FibersSpec::Arrays {
             muscle,
             weight,
             fiber,
-        } => from_arrays(file, [muscle, fiber], weight.as_deref(), muscles.len())?,
+        }) => from_arrays(file, [muscle, fiber], weight.as_deref(), count)?,
+        Some(FibersSpec::Curves(curves)) => {
+            let entries = paper.of_file(&place.file(curves), &muscles)?;
+            checked(place, entries, mesh, count)?
+        }
     };
-    Ok((muscles, field))
+    let mut anatomy = Anatomy {
+        muscles,
+        entries: field.entries().to_vec(),
+        ..Anatomy::default()
+    };
+    paper.leave_out(&mut anatomy, &spec.without)?;
+    paper.add(&mut anatomy, &spec.drawn)?;
+    paper.set_own(&mut anatomy, &spec.own)?;
+    if drawn {
+        anatomy.make_room();
+    }
+    let entries = std::mem::take(&mut anatomy.entries);
+    let field = checked(place, entries, mesh, anatomy.muscles.len())?;
+    Ok((anatomy, field))
+}
+
+fn checked(
+    place: &Place,
+    entries: Vec<FiberEntry>,
+    mesh: &SimplexMesh<3>,
+    muscles: usize,
+) -> Result<FiberField, SceneError> {
+    let field = FiberField::new(entries, mesh.num_elements(), muscles);
+    field.map_err(|error| place.field("face.files.muscles", error))
 }
 
 fn names(place: &Place, spec: &NamesSpec) -> Result<Vec<Muscle>, SceneError> {

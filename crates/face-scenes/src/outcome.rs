@@ -1,5 +1,6 @@
 //! How a fit ended, as data.
 
+use super::alignment::Suspicion;
 use face_rig::anatomy::{JOINT_NAMES, JawJoint};
 use face_rig::fit::JawModel;
 use face_rig::rig::{AffineMap, RigError};
@@ -16,6 +17,15 @@ pub enum Outcome {
     NotConverged(Unfinished),
     /// It was met at a pose that no face can take: flesh inside out, or a jaw out of its joint.
     Impossible(Vec<ImpossiblePose>),
+    /// It was met so far from the target that this face cannot have been meant.
+    Missed {
+        /// Root-mean-square distance that is left, meters.
+        rms: f64,
+        /// That of the face's landmarks from their middle, meters.
+        spread: f64,
+        /// What may be wrong with the target.
+        suspicion: Suspicion,
+    },
 }
 
 /// Why a fit met no stop rule.
@@ -69,6 +79,15 @@ impl Outcome {
                 let wrong: Vec<String> = wrong.iter().map(ImpossiblePose::to_string).collect();
                 wrong.join("; ")
             }
+            Self::Missed {
+                rms,
+                spread,
+                suspicion,
+            } => format!(
+                "{:.1} mm from a target of landmarks that spread over {:.1} mm: {suspicion}",
+                1e3 * rms,
+                1e3 * spread
+            ),
         }
     }
 }
@@ -80,6 +99,7 @@ impl Serialize for Outcome {
             Self::Converged(_) => (0, "converged"),
             Self::NotConverged(_) => (1, "not_converged"),
             Self::Impossible(_) => (2, "impossible"),
+            Self::Missed { .. } => (3, "missed"),
         };
         serializer.serialize_newtype_variant("Outcome", index, variant, &self.why())
     }

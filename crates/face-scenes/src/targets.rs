@@ -1,12 +1,13 @@
 //! Points on the skin of a scene: embedding, landmarks and the expressions to fit.
 
+use super::alignment::Pairs;
 use super::defect::{EmbeddingDefect, LandmarkDefect, Location, TableDefect, TargetDefect};
 use super::format::{DenseSpec, FilesSpec, LandmarksSpec, TargetsSpec};
 use super::load::Place;
 use super::table::Table;
 use super::{Landmark, SceneError, Skin, Target, TargetKind, json};
 use face_rig::anatomy::{AffineMap, EmbeddedPoint, TetLocator};
-use face_rig::fit::Goal;
+use face_rig::fit::{Goal, Similarity};
 use fem_assembly::mesh::{MeshFile, Repairs, SimplexMesh};
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashMap};
@@ -70,6 +71,11 @@ pub(super) fn load(
         Some(dense_spec) => Some(dense(place, dense_spec, embedding, &mut targets)?),
         None => None,
     };
+    for target in &mut targets {
+        if let (Some(alignment), Some(dense)) = (&target.alignment, &mut target.dense) {
+            dense.iter_mut().for_each(|x| *x = alignment.map.apply(*x));
+        }
+    }
     if let Some(file) = &spec.truth {
         truth(&place.file(file), &mut targets)?;
     }
@@ -241,11 +247,24 @@ fn sparse(
         has_vertices,
     };
     let mut targets = Vec::new();
-    for (name, rows) in landmark_rows(&path, place.scale)? {
+    let groups = landmark_rows(&path, place.scale)?;
+    let invalid = |at, defect| Err(SceneError::invalid(&path, at, defect));
+    let shared = match spec.align {
+        true => face.shared_alignment(&groups, &spec.skip),
+        false => None,
+    };
+    for (name, mut rows) in groups {
         if spec.skip.contains(&name) {
             continue;
         }
-        let invalid = |at, defect| Err(SceneError::invalid(&path, at, defect));
+        let alignment = match (spec.align, shared) {
+            (true, None) => match face.pairs(&rows).alignment(&name) {
+                Ok(own) => Some(own),
+                Err(defect) => return invalid(Location::Table, defect),
+            },
+            (_, shared) => shared,
+        };
+        move_by(alignment.as_ref(), &mut rows);
         if !usable_name(&name) {
             let line = rows.first().map_or(1, |row| row.line);
             return invalid(Location::Line(line), TargetDefect::Name { name });
@@ -273,6 +292,7 @@ fn sparse(
             landmarks: goals.into_iter().map(|(_, goal)| goal).collect(),
             dense: None,
             jaw_truth: None,
+            alignment,
         });
     }
     if targets.is_empty() {
@@ -280,6 +300,14 @@ fn sparse(
         return Err(SceneError::invalid(&path, Location::Table, defect));
     }
     Ok(targets)
+}
+
+fn move_by(alignment: Option<&Similarity>, rows: &mut [LandmarkRow]) {
+    if let Some(alignment) = alignment {
+        for row in rows {
+            row.position = alignment.map.apply(row.position);
+        }
+    }
 }
 
 /// The landmarks of a face, to hold goals against.
@@ -294,6 +322,30 @@ struct Landmarks<'a> {
 }
 
 impl Landmarks<'_> {
+    /// The rows of landmarks that the face has and that count, beside their places at rest.
+    fn pairs(&self, rows: &[LandmarkRow]) -> Pairs {
+        let mut pairs = Pairs::default();
+        for row in rows.iter().filter(|row| row.weight > 0.0) {
+            if let Some(&k) = self.number.get(&row.landmark) {
+                pairs.target.push(row.position);
+                pairs
+                    .rest
+                    .push(self.all[k].point.position(self.mesh.nodes()));
+            }
+        }
+        pairs
+    }
+
+    /// That of the first target left out that has one: the neutral face of whoever made the others.
+    fn shared_alignment(
+        &self,
+        groups: &[(String, Vec<LandmarkRow>)],
+        skip: &[String],
+    ) -> Option<Similarity> {
+        let mut neutral = groups.iter().filter(|(name, _)| skip.contains(name));
+        neutral.find_map(|(name, rows)| self.pairs(rows).alignment(name).ok())
+    }
+
     /// The place of the row's landmark, and its goal.
     fn goal(&self, target: &str, row: &LandmarkRow) -> Result<(usize, Goal), TargetDefect> {
         let (landmark, position, weight) = (row.landmark, row.position, row.weight);

@@ -6,8 +6,8 @@ use crate::error::AssemblyError;
 use crate::predictor::predicted;
 use crate::renewing::{RenewedSolution, RenewingError, solve_renewing};
 use fem_solvers::{
-    ContinuationError, ContinuationInfo, ContinuationParams, Newton, NewtonParams, Path,
-    follow_path,
+    ContinuationError, ContinuationInfo, ContinuationParams, Newton, NewtonFailure, NewtonParams,
+    Path, follow_path,
 };
 
 /// An equilibrium that was walked to.
@@ -195,5 +195,9 @@ impl<const D: usize> Path for Way<'_, '_, D> {
         self.iterations += solved.iterations;
         *state = solved.positions;
         Ok(())
+    }
+
+    fn gives_up(&self, error: &RenewingError<D>) -> bool {
+        matches!(error, RenewingError::Newton { source, .. } if source.reason == NewtonFailure::Cancelled)
     }
 }

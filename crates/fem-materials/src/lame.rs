@@ -47,7 +47,25 @@ pub struct LameError {
     /// Its value.
     pub second: f64,
     /// What is wrong.
-    pub reason: &'static str,
+    pub reason: LameDefect,
+}
+
+/// What keeps two elastic constants from belonging to a stable material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LameDefect {
+    /// ν is out of range.
+    #[error("Poisson's ratio must lie above -1 and below 1/2 (below 1 in the plane)")]
+    PoissonOutOfRange,
+    /// μ is 0, negative or not finite.
+    #[error("the shear modulus must be positive and finite")]
+    Shear,
+    /// λ is not finite.
+    #[error("the material would be incompressible, use a finite bulk modulus")]
+    Incompressible,
+    /// K is 0, negative or not a number.
+    #[error("the bulk modulus must be positive")]
+    Bulk,
 }
 
 impl Lame {
@@ -75,7 +93,7 @@ impl Lame {
                 first: E,
                 second_name: "nu",
                 second: nu,
-                reason: "Poisson's ratio must lie above -1 and below 1/2 (below 1 in the plane)",
+                reason: LameDefect::PoissonOutOfRange,
             });
         }
         lame.checked(("E", E), ("nu", nu), space)
@@ -189,13 +207,13 @@ impl Lame {
             })
         };
         if !(self.mu > 0.0 && self.mu.is_finite()) {
-            return fail("the shear modulus must be positive and finite");
+            return fail(LameDefect::Shear);
         }
         if !self.lambda.is_finite() {
-            return fail("the material would be incompressible, use a finite bulk modulus");
+            return fail(LameDefect::Incompressible);
         }
         if self.bulk(space).is_nan() || self.bulk(space) <= 0.0 {
-            return fail("the bulk modulus must be positive");
+            return fail(LameDefect::Bulk);
         }
         Ok(self)
     }

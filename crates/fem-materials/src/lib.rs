@@ -49,7 +49,7 @@ mod tensor_terms;
 pub use damage::DamageField;
 pub use fem_kinematics::HessianProjection;
 pub use fiber::{FiberLaw, FiberTerm, Stretch};
-pub use lame::{Lame, LameError, Space};
+pub use lame::{Lame, LameDefect, LameError, Space};
 pub use material::{Evaluation, Material, Symmetry};
 pub use models::*;
 pub use outlined::Outlined;

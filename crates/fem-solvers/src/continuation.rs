@@ -41,7 +41,7 @@ pub struct ContinuationInfo {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContinuationError<E> {
-    /// Even the smallest step failed.
+    /// Even the smallest step failed, or the path gave up.
     #[error("stuck at {reached} of the way: a step of {step:e} still fails: {source}")]
     Stuck {
         /// The last place solved; 0 for the start.
@@ -80,6 +80,11 @@ pub trait Path {
     /// # Errors
     /// Whatever the solve runs into; the state may then hold anything.
     fn correct(&mut self, s: f64, state: &mut Self::State) -> Result<(), Self::Error>;
+
+    /// Is this an error that no smaller step would mend? By default every step is tried.
+    fn gives_up(&self, _error: &Self::Error) -> bool {
+        false
+    }
 }
 
 /// Follows the solution of `path` from `s = 0`, where it is `state`, to exactly 1.
@@ -111,7 +116,7 @@ pub fn follow_path<P: Path + ?Sized>(
                 info.failures += 1;
                 let tried = next - reached;
                 step = params.shrink * tried;
-                if step < params.smallest_step {
+                if step < params.smallest_step || path.gives_up(&source) {
                     return Err(ContinuationError::Stuck {
                         reached,
                         step: tried,

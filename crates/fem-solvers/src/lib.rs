@@ -101,7 +101,7 @@ pub use newton::{
     Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,
     Merit, MultigridDirection, Newton, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,
     NewtonParams, NewtonSystem, NonlinearProblem, PcgDirection, PreconditionerChoice,
-    ProjectionPolicy, StopReason, Tangent,
+    ProjectionPolicy, StopReason, Tangent, Watch,
 };
 pub use operator::{
     AssumedPositiveDefinite, LinearOperator, MatrixPreconditioner, Preconditioner, Structure,

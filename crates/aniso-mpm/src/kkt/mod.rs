@@ -27,7 +27,7 @@ mod merit;
 
 pub use direction::KktStep;
 
-use crate::error::{MpmError, SolveError, positive, same_length};
+use crate::error::{MpmError, NewtonEnd, SolveError, positive, same_length};
 use direction::{KktDirection, kkt_step, nearest};
 use fem_solvers::{Newton, NewtonError, NewtonFailure, NewtonIteration, NewtonParams};
 use merit::Penalty;
@@ -188,7 +188,7 @@ impl Kkt {
         match error.reason {
             NewtonFailure::NotConverged => MpmError::Newton {
                 system: SYSTEM,
-                reason: "has not converged",
+                reason: NewtonEnd::NotConverged,
                 iterations: error.iteration,
                 change,
                 tolerance: self.tolerance,

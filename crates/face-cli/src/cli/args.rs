@@ -192,6 +192,11 @@ pub struct FitArgs {
     /// scene's own. Its names to skip and of identities still hold.
     #[arg(long, value_name = "FILE")]
     pub targets: Option<PathBuf>,
+    /// Lays the targets over the face at rest first, by a motion with scale: for tables with other axes,
+    /// another unit or another place. A neutral face among them that the scene skips (`rest`) gives one
+    /// motion for all; without it each target's own landmarks do, those that moved counting less.
+    #[arg(long)]
+    pub align: bool,
     /// A target to fit; repeatable. All expressions of the scene if none is named.
     #[arg(long = "target", value_name = "NAME")]
     pub target: Vec<String>,

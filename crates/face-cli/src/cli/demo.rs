@@ -191,6 +191,7 @@ impl Demo<'_> {
             landmarks: self.landmarks.0.iter().map(goal).collect(),
             dense: None,
             jaw_truth: None,
+            alignment: None,
         };
         let mut observer = |i: &FitIteration| {
             self.progress.set_message(format!(

@@ -118,19 +118,41 @@ impl Failure {
 #[derive(Debug)]
 pub struct Unsolved {
     pub error: RigError,
-    /// The elements squashed most, with their det F.
-    pub worst: Vec<(usize, f64)>,
+    /// The elements squashed most.
+    pub worst: Vec<Squashed>,
     pub folder: PathBuf,
+}
+
+/// An element of the last state.
+#[derive(Clone, Copy, Debug)]
+pub struct Squashed {
+    pub element: usize,
+    /// det F.
+    pub ratio: f64,
+    /// Equivalent stress of von Mises in the passive flesh, pascals.
+    pub stress: f64,
+}
+
+impl fmt::Display for Squashed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            element,
+            ratio,
+            stress,
+        } = self;
+        write!(
+            f,
+            "element {element} (det F {ratio:.3}, {:.3} kPa)",
+            stress / 1e3
+        )
+    }
 }
 
 impl std::error::Error for Unsolved {}
 
 impl fmt::Display for Unsolved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let named = self.worst.iter();
-        let named: Vec<String> = named
-            .map(|(element, ratio)| format!("element {element} (det F {ratio:.3})"))
-            .collect();
+        let named: Vec<String> = self.worst.iter().map(Squashed::to_string).collect();
         write!(
             f,
             "{}\n\
@@ -153,7 +175,12 @@ mod tests {
     #[test]
     fn the_last_state_is_named_with_its_worst_elements() {
         let error = RigError::NotFinite { index: 3 };
-        let worst = vec![(17, 0.0125), (4, 0.5)];
+        let squashed = |element, ratio, stress| Squashed {
+            element,
+            ratio,
+            stress,
+        };
+        let worst = vec![squashed(17, 0.0125, 81e3), squashed(4, 0.5, 20.0)];
         let folder = PathBuf::from("results");
         let failure = Failure::Unsolved(Box::new(Unsolved {
             error,
@@ -164,7 +191,9 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "parameter 3 is not finite");
         assert!(
-            lines[1].ends_with(": element 17 (det F 0.013), element 4 (det F 0.500)"),
+            lines[1].ends_with(
+                ": element 17 (det F 0.013, 81.000 kPa), element 4 (det F 0.500, 0.020 kPa)"
+            ),
             "{text}"
         );
         assert!(

@@ -18,9 +18,9 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
-    let mut source = open(&args.scene)?;
+    let mut source = open(&args.scene, args.align && args.targets.is_none())?;
     if let Some(file) = &args.targets {
-        source.scene.read_targets(file)?;
+        source.scene.read_targets(file, args.align)?;
     }
     let scene = &source.scene;
     let targets = chosen(scene, &args.target)?;
@@ -46,7 +46,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         convergence(&out.path("convergence.svg"), histories)?;
     }
     out.took("sheet", rest);
-    let settings = json!({ "scene": args.scene, "targets": args.targets, "target": args.target,
+    let settings = json!({ "scene": args.scene, "targets": args.targets, "align": args.align, "target": args.target,
         "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
@@ -59,6 +59,9 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
         say(table(&fits).trim_end())?;
+        for line in fits.iter().filter_map(aligned) {
+            say(line)?;
+        }
         for line in fits.iter().filter_map(|fit| controls(scene, fit)) {
             say(line)?;
         }
@@ -278,6 +281,17 @@ fn controls(scene: &Scene, fit: &ExpressionFit) -> Option<String> {
     (!found.is_empty()).then(|| format!("{}: {}", fit.name, found.join(", ")))
 }
 
+/// How the target was laid over the face.
+fn aligned(fit: &ExpressionFit) -> Option<String> {
+    let by = fit.alignment?;
+    Some(format!(
+        "{}: target scaled by {:.5} and turned by {:.2} degrees before the fit",
+        fit.name,
+        by.scale,
+        by.angle().to_degrees()
+    ))
+}
+
 /// A row for each fit, as Markdown.
 pub fn table(fits: &[ExpressionFit]) -> String {
     let mut text = String::from(
@@ -288,6 +302,7 @@ pub fn table(fits: &[ExpressionFit]) -> String {
     for f in fits {
         let end = match &f.outcome {
             Outcome::Converged(_) => "converged".to_owned(),
+            Outcome::Missed { .. } => format!("missed: {}", f.outcome.why()),
             Outcome::Impossible(_) => format!("impossible pose: {}", f.outcome.why()),
             _ => format!("not converged: {}", f.outcome.why()),
         };

@@ -11,7 +11,7 @@ use serde_json::json;
 use std::fmt::Write;
 
 pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
-    let source = open(&args.scene)?;
+    let source = open(&args.scene, false)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
     if scene.landmarks.is_empty() {

@@ -2,18 +2,21 @@
 
 use super::args::{Format, Multigrid, OutputArgs, Pictures, SimulateArgs};
 use super::draw::{Shape, pose as draw_pose};
-use super::error::{Failure, Unsolved};
+use super::error::{Failure, Squashed, Unsolved};
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{named_controls, open, pose};
 use face_rig::rig::{AffineMap, MultigridUse, Parameters, Rig, RigError, RigParams};
 use face_scenes::Scene;
+use fem_solvers::Watch;
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
-    let source = open(&args.scene)?;
+    let source = open(&args.scene, false)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
     let params = RigParams {
@@ -25,8 +28,9 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
         ..RigParams::default()
     };
     let mut out = Output::prepare(output)?;
-    let mut rig = out.phase("assembly", || scene.rig(params))?;
+    let rig = out.phase("assembly", || scene.rig(params))?;
     let bar = spinner("looking for the equilibrium");
+    let mut rig = rig.watched_by(told_by(&bar));
     let solved = out.phase("equilibrium", || rig.solve(&parameters).cloned());
     bar.finish_and_clear();
     let positions = match solved {
@@ -142,6 +146,18 @@ impl Found {
     }
 }
 
+/// Shows how far a solve is.
+fn told_by(bar: &ProgressBar) -> Watch {
+    let bar = bar.clone();
+    Watch::new(move |step| {
+        let (steps, force) = (step.iteration, step.gradient_norm);
+        bar.set_message(format!(
+            "looking for the equilibrium: Newton step {steps}, largest force left {force:.1e} N"
+        ));
+        ControlFlow::Continue(())
+    })
+}
+
 /// The elements that are squashed most, and how many of them are named.
 const WORST: usize = 3;
 
@@ -154,7 +170,20 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
     let mut worst: Vec<usize> = (0..ratios.len()).collect();
     worst.sort_by(|&a, &b| ratios[a].total_cmp(&ratios[b]));
     worst.truncate(WORST);
+    let stress = |element: usize| {
+        let region = &scene.regions[scene.region_of_tet[element] as usize];
+        let z = &last.in_cranium_frame;
+        let gradients = rig.assembly().deformation_gradients(element, z);
+        let stresses = gradients.map(|f| region.material.von_mises_stress(&f).unwrap_or(f64::NAN));
+        stresses.fold(0.0, f64::max)
+    };
     let (pose, positions) = (&last.parameters, last.positions());
+    let worst = worst.into_iter().map(|element| Squashed {
+        element,
+        ratio: ratios[element],
+        stress: stress(element),
+    });
+    let worst = worst.collect();
     // The flesh, whatever was asked for: what went wrong is inside it.
     out.formats = vec![Format::Vtu];
     if let Err(failure) = out.write_shape("last_state", scene, rig, pose, &positions) {
@@ -162,7 +191,7 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
     }
     Failure::Unsolved(Box::new(Unsolved {
         error,
-        worst: worst.into_iter().map(|e| (e, ratios[e])).collect(),
+        worst,
         folder: out.folder().to_path_buf(),
     }))
 }

@@ -16,7 +16,8 @@ pub struct Source {
     pub builtin: Option<BuiltinFace>,
 }
 
-pub fn open(name: &str) -> Result<Source, Failure> {
+/// A scene by its file or as `builtin:N`; with `align` its targets are laid over the face.
+pub fn open(name: &str, align: bool) -> Result<Source, Failure> {
     let tets = match name.split_once(':') {
         None if name == "builtin" => BUILTIN_TETS,
         Some(("builtin", tets)) => tets.parse().map_err(|_| {
@@ -24,8 +25,13 @@ pub fn open(name: &str) -> Result<Source, Failure> {
             Failure::Tets { name }
         })?,
         _ => {
+            let load = if align {
+                Scene::load_aligned
+            } else {
+                Scene::load
+            };
             return Ok(Source {
-                scene: Scene::load(name)?,
+                scene: load(name)?,
                 builtin: None,
             });
         }

@@ -4,7 +4,9 @@ mod goal;
 mod parametrization;
 mod problem;
 mod rotation;
+mod similarity;
 
 pub use goal::{Goal, Goals};
 pub use parametrization::{ControlModel, CraniumModel, JawModel, Parametrization};
 pub use problem::{FitError, FitIteration, FitParams, FitReport, Fitter, Orthogonality};
+pub use similarity::Similarity;

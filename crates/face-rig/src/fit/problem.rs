@@ -146,6 +146,14 @@ pub enum FitError {
         /// The best pose so far and the way there.
         best: Box<FitReport>,
     },
+    /// A [`Watch`](fem_solvers::Watch) of the rig ended it.
+    #[error("cancelled after {} steps", iterations.len().saturating_sub(1))]
+    Cancelled {
+        /// The best numbers so far.
+        q: Vec<f64>,
+        /// The start, if it was solved, and every accepted step.
+        iterations: Vec<FitIteration>,
+    },
     /// The pose that was found could not be solved for again.
     #[error("the fitted pose has no equilibrium any more: {0}")]
     Pose(#[source] Box<RigError>),
@@ -222,6 +230,11 @@ impl Fitter<'_> {
             observer(&report);
             iterations.push(report);
         });
+        if let Err(error) = &outcome
+            && matches!(&error.reason, GaussNewtonFailure::Evaluation(e) if e.is_cancelled())
+        {
+            return Err(FitError::Cancelled { q, iterations });
+        }
         let parameters = map.parameters(&q);
         let report = |stop| -> Result<FitReport, RigError> {
             let positions = problem.pose(&parameters)?;
@@ -425,6 +438,10 @@ impl Problem<'_> {
 
 impl LeastSquares for Problem<'_> {
     type Error = RigError;
+
+    fn gives_up(&self, error: &RigError) -> bool {
+        error.is_cancelled()
+    }
 
     fn residuals(&self) -> usize {
         let frames = self.orthogonality().iter().filter(|w| **w > 0.0).count();

@@ -11,7 +11,8 @@ use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
-    MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, follow_path,
+    MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, Watch,
+    follow_path,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -219,6 +220,14 @@ impl Rig {
         self.solved.in_cranium_frame = self.assembly.rest().to_vec();
         self.tangent = None;
         Ok(self)
+    }
+
+    /// The same rig, whose solves ask `watch` after every Newton step: a program shows progress, or
+    /// cancels a solve or a fit ([`RigError::is_cancelled`]).
+    #[must_use]
+    pub fn watched_by(mut self, watch: Watch) -> Self {
+        self.newton = self.newton.watched_by(watch);
+        self
     }
 
     /// Number of muscles.
@@ -541,5 +550,9 @@ impl Path for Walk<'_> {
         let guess = std::mem::take(&mut state.in_cranium_frame);
         state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
         Ok(())
+    }
+
+    fn gives_up(&self, error: &PartError) -> bool {
+        error.is_cancelled()
     }
 }

@@ -130,6 +130,20 @@ pub enum PartError {
     Renewing(Box<RenewingError<3>>),
 }
 
+impl RigError {
+    /// Did a [`Watch`](fem_solvers::Watch) end it?
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::NoEquilibrium { source, .. } if source.is_cancelled())
+    }
+}
+
+impl PartError {
+    /// Did a [`Watch`](fem_solvers::Watch) end it?
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Newton(error) if error.reason == NewtonFailure::Cancelled)
+    }
+}
+
 impl From<RenewingError<3>> for PartError {
     fn from(error: RenewingError<3>) -> Self {
         match error {

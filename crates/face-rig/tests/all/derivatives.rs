@@ -3,7 +3,8 @@
 
 use face_rig::anatomy::{CondylarPath, EmbeddedPoint, JawHinge, JawJoint, JointLimits};
 use face_rig::fit::{
-    CraniumModel, FitError, FitParams, Fitter, JawModel, Orthogonality, Parametrization,
+    CraniumModel, FitError, FitIteration, FitParams, Fitter, JawModel, Orthogonality,
+    Parametrization,
 };
 use face_rig::rig::{
     AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, MultigridUse, Observation,
@@ -13,7 +14,10 @@ use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty, Scaled, Springs};
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, StableNeoHookean, Stretch};
-use fem_solvers::{Damping, StepMethod};
+use fem_solvers::{Damping, StepMethod, Watch};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MUSCLES: usize = 3;
 /// What the flesh presses against: a half-space and a ball (document 000, 5.7).
@@ -206,6 +210,61 @@ fn flesh_that_springs_of_a_control_hold_is_no_free_flesh() {
     };
     rig(9).expect("springs hold it at 1");
     assert!(matches!(rig(1), Err(RigError::Free(_))));
+}
+
+/// A watch that ends the solve at its `limit`-th question, counted over all solves.
+fn ends_at(limit: usize) -> (Watch, Arc<AtomicUsize>) {
+    let asked = Arc::new(AtomicUsize::new(0));
+    let count = asked.clone();
+    let watch = Watch::new(
+        move |_| match count.fetch_add(1, Ordering::Relaxed) + 1 < limit {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        },
+    );
+    (watch, asked)
+}
+
+#[test]
+fn a_cancelled_pose_or_fit_ends_at_once_and_the_rig_goes_on() {
+    let wanted = rig().solve(&pose()).unwrap().clone();
+    let (watch, asked) = ends_at(3);
+    let mut watched = rig().watched_by(watch);
+    let before = watched.solved().clone();
+    let error = watched.solve(&pose()).unwrap_err();
+    assert!(error.is_cancelled(), "{error}");
+    // No smaller step is tried.
+    assert_eq!(asked.load(Ordering::Relaxed), 3);
+    assert_eq!(*watched.solved(), before);
+
+    let go_on = Watch::new(|_| ControlFlow::Continue(()));
+    let mut watched = watched.watched_by(go_on);
+    assert_eq!(*watched.solve(&pose()).unwrap(), wanted);
+
+    let map = Parametrization::of_all(MUSCLES, CraniumModel::Rigid, JawModel::Fixed);
+    let target = wanted.positions();
+    let fitter = Fitter {
+        observation: &AllNodes {
+            nodes: target.len(),
+        },
+        target: target.as_flattened(),
+        weights: &[],
+        parametrization: &map,
+        params: &FitParams::default(),
+    };
+    let (watch, all) = ends_at(usize::MAX);
+    let mut whole = Vec::new();
+    let mut start = |_: &FitIteration| whole.push(all.load(Ordering::Relaxed));
+    let _ = fitter.fit(&mut rig().watched_by(watch), &map.rest(), &mut start);
+    // In the trial after the first accepted step.
+    let (watch, asked) = ends_at(whole[1] + 1);
+    let end = fitter.fit(&mut rig().watched_by(watch), &map.rest(), &mut |_| {});
+    let Err(FitError::Cancelled { q, iterations }) = end else {
+        panic!("{end:?}");
+    };
+    assert_eq!(iterations.len(), 2);
+    assert_ne!(q, map.rest());
+    assert_eq!(asked.load(Ordering::Relaxed), whole[1] + 1);
 }
 
 /// A pose with a cranium that is no rotation and a jaw that is turned, sheared and shifted.

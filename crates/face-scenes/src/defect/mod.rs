@@ -1,6 +1,7 @@
 //! What can be wrong with an entry of a scene, as data; the messages say the cure.
 
 mod contact;
+mod courses;
 mod flesh;
 mod influences;
 mod location;
@@ -10,6 +11,7 @@ mod table;
 mod targets;
 
 pub use contact::ContactDefect;
+pub use courses::CourseDefect;
 pub use flesh::FleshDefect;
 pub use influences::{InfluenceDefect, PlaceDefect};
 pub use location::Location;
@@ -36,6 +38,9 @@ pub enum Defect {
     /// The muscles.
     #[error(transparent)]
     Muscle(#[from] MuscleDefect),
+    /// What is drawn as lines.
+    #[error(transparent)]
+    Course(#[from] CourseDefect),
     /// A fiber of the field.
     #[error(transparent)]
     Fiber(#[from] FiberError),

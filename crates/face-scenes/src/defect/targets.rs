@@ -127,7 +127,8 @@ pub enum TargetDefect {
     /// A goal farther from rest than the face is large.
     #[error(
         "landmark {landmark} of \"{target}\" lies {distance:.3} m from its place at rest, and the whole \
-         face is {size:.3} m large; are these meters, and the same axes?"
+         face is {size:.3} m large; are these meters, and the same axes? Other units, axes and places: \
+         \"align\": true in the scene's targets, or --align"
     )]
     TooFar {
         /// The landmark.
@@ -138,6 +139,26 @@ pub enum TargetDefect {
         distance: f64,
         /// The face's diagonal, meters.
         size: f64,
+    },
+    /// Landmarks that determine no motion.
+    #[error(
+        "the {landmarks} landmarks of target \"{target}\" that the face has are too few or lie on a line: \
+         they do not say how to lay it over the face"
+    )]
+    NotAlignable {
+        /// The target.
+        target: String,
+        /// How many the face has.
+        landmarks: usize,
+    },
+    /// Left is right.
+    #[error(
+        "target \"{target}\" is a mirror image of the face; negate one axis of its positions, or number \
+         its landmarks from the other side"
+    )]
+    Mirrored {
+        /// The target.
+        target: String,
     },
     /// A negative weight.
     #[error("weight {weight} is not 0 or more")]

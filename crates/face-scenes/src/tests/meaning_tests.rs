@@ -74,5 +74,76 @@ fn tets_that_only_bones_move_are_named() {
     let report = check(&scene);
     assert_eq!(report.tets_moved_by_both_bones, [40]);
     let named = "1 tets hang on cranium and jaw with all their nodes (40)";
-    expect(&report.warnings.join("\n"), &[named]);
+    expect(&warned(&report), &[named]);
+}
+
+/// Landmarks in another place, unit and turn give the fit that they give where they belong.
+#[test]
+fn targets_laid_over_the_face_are_fitted_as_those_that_lie_there() {
+    let face = Scene::builtin(5_000).expect("a face");
+    let (s, c) = 1.2_f64.sin_cos();
+    let foreign = |p: [f64; 3]| {
+        let moved = [p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]];
+        [1e3 * moved[0] + 40.0, 1e3 * moved[1], 1e3 * moved[2] - 7.0]
+    };
+    let table = |place: &dyn Fn([f64; 3]) -> [f64; 3], neutral: bool| {
+        let mut text = String::from("target,landmark,ict_vertex,x,y,z\n");
+        let mut row = |target: &str, l: &Landmark, p: [f64; 3]| {
+            let [x, y, z] = place(p);
+            text += &format!("{target},{},{},{x},{y},{z}\n", l.index, l.vertex);
+        };
+        for l in &face.landmarks {
+            let p = l.point.position(face.mesh.nodes());
+            if neutral {
+                row("rest", l, p);
+            }
+            // Chin and lower lip drop.
+            let drop = match l.index {
+                6..=10 | 55..=59 | 65..=67 => 0.004,
+                _ => 0.0,
+            };
+            row("open", l, [p[0], p[1] - drop, p[2]]);
+        }
+        text
+    };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("targets.csv");
+    let read = |text: &str, align: bool| {
+        std::fs::write(&file, text).expect("writable");
+        let mut scene = face.clone();
+        scene.read_targets(&file, align).map(|()| scene)
+    };
+    let far = read(&table(&foreign, true), false)
+        .expect_err("too far")
+        .to_string();
+    expect(&far, &["--align", "m from its place at rest"]);
+    let here = read(&table(&|p| p, true), false).expect("a table");
+    for neutral in [true, false] {
+        let scene = read(&table(&foreign, neutral), true).expect("a table");
+        let by = scene.targets[0].alignment.expect("laid over");
+        let (scale, angle) = ((1e3 * by.scale - 1.0).abs(), (by.angle() - 1.2).abs());
+        let (most, turned) = if neutral { (1e-9, 1e-9) } else { (5e-3, 5e-3) };
+        assert!(
+            scale < most && angle < turned,
+            "{scale}, {angle}, {neutral}"
+        );
+        let pairs = scene.targets[0]
+            .landmarks
+            .iter()
+            .zip(&here.targets[0].landmarks);
+        let apart = pairs.map(|(a, b)| {
+            let square = (0..3).map(|i| (a.position[i] - b.position[i]).powi(2));
+            square.sum::<f64>().sqrt()
+        });
+        let apart = apart.fold(0.0, f64::max);
+        assert!(
+            apart < if neutral { 1e-12 } else { 1e-3 },
+            "{apart} m, {neutral}"
+        );
+    }
+    let mirrored = table(&|p| [-p[0], p[1], p[2]], true);
+    let text = read(&mirrored, true)
+        .expect_err("left is right")
+        .to_string();
+    expect(&text, &["\"open\" is a mirror image of the face"]);
 }

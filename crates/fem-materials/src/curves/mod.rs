@@ -8,11 +8,13 @@ mod exponential;
 mod parabola;
 mod physbam;
 mod spline;
+mod tendon;
 mod toe;
 
 pub use blemker::Blemker;
 pub use physbam::PhysBam;
 pub use spline::{CurveError, Ends, Spline, SplineCurve};
+pub use tendon::Tendon;
 
 use fem_kinematics::Real;
 

@@ -2,7 +2,7 @@
 
 use fem_kinematics::{Dual, F64x8, Mat};
 use fem_materials::curves::{
-    Blemker, CurveError, CurvePoint, Ends, PhysBam, Spline, SplineCurve, TensionCurve,
+    Blemker, CurveError, CurvePoint, Ends, PhysBam, Spline, SplineCurve, Tendon, TensionCurve,
 };
 use fem_materials::{FiberLaw, FiberTerm, Stretch};
 
@@ -52,6 +52,7 @@ fn slopes_and_integrals_belong_together() {
     consistent(&PhysBam::default());
     consistent(&Blemker::default());
     consistent(&table());
+    consistent(&Tendon { toe: 0.05 });
     // the dispatch at run time changes nothing
     consistent(&fem_materials::curves::BuiltinCurve::default());
 }
@@ -71,6 +72,25 @@ fn physbam_is_c1_and_blemker_is_not() {
     assert!(slope_jump(|l| physbam.passive(l)) < 1e-9);
     assert!((slope_jump(|l| blemker.active(l)) - 0.4).abs() < 1e-9);
     assert!((slope_jump(|l| blemker.passive(l)) - 0.33).abs() < 1e-9);
+}
+
+/// Slack, a parabola to the toe, a line of slope 1 that meets the axis at half the toe; no activation.
+#[test]
+fn a_tendon_is_slack_then_bends_then_straight() {
+    let tendon = Tendon { toe: 0.04 };
+    for (l, value) in [
+        (0.7_f64, 0.0_f64),
+        (1.0, 0.0),
+        (1.02, 0.0004 / 0.08),
+        (1.04, 0.02),
+        (1.5, 0.48),
+    ] {
+        assert!((tendon.passive(l).value - value).abs() < 1e-15, "{l}");
+        assert_eq!(tendon.active(l), CurvePoint::default());
+    }
+    assert!(slope_jump(|l| tendon.passive(l)) < 1e-9);
+    assert!((tendon.passive(1.5_f64).slope - 1.0).abs() < 1e-15);
+    assert!(tendon.passive(f64::NAN).value.is_nan());
 }
 
 #[test]

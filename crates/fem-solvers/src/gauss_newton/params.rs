@@ -21,6 +21,10 @@ pub trait LeastSquares {
     /// # Errors
     /// Whatever the evaluation runs into.
     fn jacobian(&mut self, theta: &[f64], j: &mut [f64]) -> Result<(), Self::Error>;
+    /// Is this an error that no shorter step would mend? By default every step is tried.
+    fn gives_up(&self, _error: &Self::Error) -> bool {
+        false
+    }
 }
 
 /// How a step `d` with `J d ≈ −r` is computed.

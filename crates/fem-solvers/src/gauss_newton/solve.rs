@@ -268,6 +268,11 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
             let step = norm_inf(&d);
             let trial = self.moved(&d);
             let outcome = evaluate(self.problem, &trial, &mut self.trial_r, self.info);
+            if let Err(GaussNewtonFailure::Evaluation(error)) = &outcome
+                && self.problem.gives_up(error)
+            {
+                return outcome.map(|()| None);
+            }
             let predicted = model.decrease(&d);
             let mut taken = Taken {
                 length: step,

@@ -11,6 +11,7 @@ mod shift;
 mod solve;
 mod tangent;
 mod target;
+mod watch;
 
 pub use direction::{
     Descent, DescentDirection, DescentOutcome, MultigridDirection, NewtonSystem, PcgDirection,
@@ -23,3 +24,4 @@ pub use params::{
 pub use problem::{Merit, NonlinearProblem};
 pub use solve::Newton;
 pub use tangent::Tangent;
+pub use watch::Watch;

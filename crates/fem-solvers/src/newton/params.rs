@@ -252,6 +252,9 @@ pub enum NewtonFailure {
     /// `max_iterations` steps were not enough.
     #[error("not converged")]
     NotConverged,
+    /// A [`Watch`](super::Watch) ended it.
+    #[error("cancelled")]
+    Cancelled,
     /// No share of the direction lowers the energy.
     #[error("the line search found no decrease along the last direction (slope {slope:e})")]
     LineSearchFailed {

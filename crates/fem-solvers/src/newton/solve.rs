@@ -6,7 +6,7 @@ use super::shift::{ShareRule, Shift};
 use super::target::Target;
 use super::{
     DescentDirection, HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo,
-    NewtonIteration, NewtonParams, NonlinearProblem, ProjectionPolicy, StopReason,
+    NewtonIteration, NewtonParams, NonlinearProblem, ProjectionPolicy, StopReason, Watch,
 };
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::{CholeskyFactor, SymbolicCholesky};
@@ -17,6 +17,7 @@ use std::sync::Arc;
 /// `'d` is what directions of one's own may borrow; without them it is `'static`.
 pub struct Newton<'d, const D: usize> {
     workspace: Workspace<'d, D>,
+    watch: Option<Watch>,
 }
 
 /// Roundings of `x` that the sums of a gradient are allowed to amount to.
@@ -122,6 +123,7 @@ impl<'d, const D: usize> Newton<'d, D> {
     pub fn new(problem: &(impl NonlinearProblem<D> + ?Sized)) -> Self {
         Self {
             workspace: Workspace::new(problem),
+            watch: None,
         }
     }
 
@@ -137,6 +139,13 @@ impl<'d, const D: usize> Newton<'d, D> {
     #[must_use]
     pub fn directed_by(mut self, direction: impl DescentDirection<D> + 'd) -> Self {
         self.workspace.bring(direction);
+        self
+    }
+
+    /// This solver, asking `watch` at the start and after every step of every solve.
+    #[must_use]
+    pub fn watched_by(mut self, watch: Watch) -> Self {
+        self.watch = Some(watch);
         self
     }
 
@@ -221,7 +230,11 @@ impl<'d, const D: usize> Newton<'d, D> {
             self.workspace.current = false;
             self.workspace.shift = Shift::default();
         }
+        let mut last = NewtonIteration::start(state);
         loop {
+            if self.watch.as_ref().is_some_and(|watch| watch.ends(&last)) {
+                return Err(NewtonFailure::Cancelled);
+            }
             let eta = forcing.next(norm(&state.gradient), target.remaining(&state.gradient));
             let step = match self.step(problem, x, eta, params, state) {
                 Ok(step) => step,
@@ -231,6 +244,7 @@ impl<'d, const D: usize> Newton<'d, D> {
                 Err(failure) => return Err(failure),
             };
             observer(&step.report);
+            last = step.report;
             target = Target::at(problem, params, x, start);
             if let Some(stop) = target.met_by(&state.gradient) {
                 if !leaves_saddle || step.stalled || self.is_minimum(problem, x, params, state) {

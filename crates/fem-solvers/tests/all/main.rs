@@ -11,4 +11,5 @@ mod pcg;
 mod rosenbrock;
 mod strangers;
 mod walled;
+mod watch;
 mod wrong_hessians;

@@ -167,6 +167,7 @@ fn twins(settings: &Settings) -> Result<Evidence, Failure> {
         landmarks: scene.landmarks.iter().map(|l| goal(l, &x)).collect(),
         dense: None,
         jaw_truth: None,
+        alignment: None,
     };
     let mut rig = self::rig(&scene, WALK, settings)?;
     let map = Parametrization::of_all(

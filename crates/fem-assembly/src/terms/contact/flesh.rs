@@ -110,7 +110,7 @@ impl FleshContact {
     fn look(&mut self, positions: &[[f64; 3]]) -> bool {
         let margin = self.search.params.margin;
         let found = self.search.pairs(positions, margin);
-        let known = includes(&self.pairs, &found);
+        let known = includes(&self.pairs, &found) && !self.leans_on_others(&found, positions);
         if !known {
             self.pairs = found;
         }
@@ -118,13 +118,26 @@ impl FleshContact {
         self.free_way = vec![0.5 * margin; positions.len()];
         !known
     }
+
+    /// Does a pair push that is none of those a fresh look has found? Which partners face each other
+    /// is decided by a look, so that pairs outlive their reason.
+    fn leans_on_others(&self, found: &[Pair], positions: &[[f64; 3]]) -> bool {
+        let pushes = |pair: &&Pair| pair.energy(positions) > 0.0;
+        self.pairs
+            .iter()
+            .filter(pushes)
+            .any(|pair| !has(found, pair))
+    }
 }
 
 /// Is every pair of `few`, sorted alike, in `many`?
 fn includes(many: &[Pair], few: &[Pair]) -> bool {
+    few.len() <= many.len() && few.iter().all(|pair| has(many, pair))
+}
+
+fn has(sorted: &[Pair], pair: &Pair) -> bool {
     let key = |p: &Pair| (p.kind, p.nodes);
-    let has = |p: &Pair| many.binary_search_by_key(&key(p), key).is_ok();
-    few.len() <= many.len() && few.iter().all(has)
+    sorted.binary_search_by_key(&key(pair), key).is_ok()
 }
 
 impl Term<3> for FleshContact {
@@ -175,7 +188,8 @@ impl Term<3> for FleshContact {
             let n = n as usize;
             2.0 * norm(sub(at.positions()[n], self.found_at[n])) > self.free_way[n]
         };
-        if includes(&self.pairs, &near) && !self.search.surface.points.iter().any(moved) {
+        let settled = includes(&self.pairs, &near) && !self.leans_on_others(&near, at.positions());
+        if settled && !self.search.surface.points.iter().any(moved) {
             return false;
         }
         self.look(at.positions())

@@ -1,0 +1,157 @@
+//! Files that someone has damaged: read, or refused by name; never a panic.
+
+use super::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Marsaglia's xorshift: the same damage in every run.
+struct Damage(u64);
+
+/// What a hand or a broken program puts into tables and JSON.
+const TOKENS: [&str; 20] = [
+    "NaN",
+    "1e999",
+    "-1",
+    "4294967296",
+    "18446744073709551616",
+    "0",
+    "-0.0",
+    "1e-320",
+    "null",
+    "true",
+    "\"",
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    ",,",
+    "\r",
+    "\u{feff}",
+    "µ",
+];
+
+impl Damage {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as usize % bound.max(1)
+    }
+
+    /// One to three changes of a text.
+    fn of(&mut self, text: &str) -> Vec<u8> {
+        let mut bytes = text.as_bytes().to_vec();
+        for _ in 0..=self.below(3) {
+            let at = self.below(bytes.len());
+            let end = (at + self.below(24)).min(bytes.len());
+            match self.below(6) {
+                0 => bytes.truncate(at),
+                1 => drop(bytes.drain(at..end)),
+                2 => {
+                    let piece = bytes[at..end].to_vec();
+                    let place = self.below(bytes.len());
+                    bytes.splice(place..place, piece);
+                }
+                3 => {
+                    let byte = self.below(256) as u8;
+                    bytes.splice(at..end.min(at + 1), [byte]);
+                }
+                _ => {
+                    let token = TOKENS[self.below(TOKENS.len())];
+                    // In place of a number or a word.
+                    let length = bytes[at..]
+                        .iter()
+                        .take_while(|b| b.is_ascii_alphanumeric())
+                        .count();
+                    bytes.splice(at..at + length, token.bytes());
+                }
+            }
+        }
+        bytes
+    }
+}
+
+/// The scene of these tests with everything that can be in another file.
+fn with_every_reader() -> (Files, Vec<(&'static str, String)>) {
+    let files = Files::new();
+    files.edit(
+        "scene.json",
+        r#"{ "line": { "point": [0, 0.1, 0], "axis": [2, 0, 0] } }"#,
+        r#"{ "file": "hinge.json" }"#,
+    );
+    files.edit(
+        "scene.json",
+        r#"{ "list": ["smile_L", "smile_R"] }"#,
+        r#"{ "file": "names.json" }"#,
+    );
+    files.edit(
+        "scene.json",
+        r#""skip": ["rest"]"#,
+        r#""truth": "truth.json", "skip": ["rest"]"#,
+    );
+    files.edit(
+        "scene.json",
+        r#""fibers": { "table": "fibers.csv" }"#,
+        r#""fibers": { "table": "fibers.csv" }, "drawn": [{ "name": "drawn_L", "along": {
+             "lines": [[[0.02, 0.05, 0.05], [0.15, 0.05, 0.05], { "landmark": 1 }]], "radius": 0.01 } }]"#,
+    );
+    files.text(
+        "hinge.json",
+        r#"{ "hinge_point_m": [0, 0.1, 0], "hinge_axis": [1, 0, 0] }"#,
+    );
+    files.text(
+        "names.json",
+        r#"[{ "index": 0, "name": "smile_L" }, { "index": 1, "name": "smile_R" }]"#,
+    );
+    files.text(
+        "truth.json",
+        r#"{ "smile": { "jaw": { "rotation": [[1,0,0],[0,1,0],[0,0,1]], "translation_m": [0,0,0.001] } } }"#,
+    );
+    files.load().expect("a sound scene");
+    let all = [
+        "scene.json",
+        "fibers.csv",
+        "embedding.csv",
+        "landmarks.csv",
+        "hinge.json",
+        "names.json",
+        "truth.json",
+    ];
+    let texts = all.map(|name| {
+        let text = fs::read_to_string(files.path(name)).expect("readable");
+        (name, text)
+    });
+    (files, texts.to_vec())
+}
+
+#[test]
+fn damaged_scenes_and_tables_are_read_or_refused() {
+    let (files, texts) = with_every_reader();
+    let folder = files.path("").display().to_string();
+    let mut damage = Damage(0x5931_a7b3_f7df_b7fd);
+    for (name, text) in &texts {
+        let (mut read, mut refused) = (0, 0);
+        for _ in 0..300 {
+            let bytes = damage.of(text);
+            fs::write(files.path(name), &bytes).expect("writable");
+            let shown = || format!("{name}:\n{}", String::from_utf8_lossy(&bytes));
+            let loaded = catch_unwind(AssertUnwindSafe(|| {
+                files.load().map(|scene| check(&scene).to_string())
+            }));
+            match loaded.unwrap_or_else(|_| panic!("a panic by {}", shown())) {
+                Ok(_) => read += 1,
+                Err(error) => {
+                    refused += 1;
+                    let told = error.to_string();
+                    assert!(told.contains(&folder), "{told}\n{}", shown());
+                }
+            }
+        }
+        // Damage that no reader ever notices would be none.
+        assert!(
+            refused > 60 && read > 0,
+            "{name}: {read} read, {refused} refused"
+        );
+        files.text(name, text);
+    }
+}
