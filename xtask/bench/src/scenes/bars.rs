@@ -51,7 +51,8 @@ fn curves(load: Load, settings: &Settings) -> Result<Vec<Curve>, Failure> {
         }
     }
     if load == Load::Twist {
-        curves.push(energies(settings)?);
+        let energies = energies(settings)?;
+        curves.extend((!energies.points.is_empty()).then_some(energies));
     }
     let n = *settings.sizes(&[4, 8], &[8, 16]).last().unwrap_or(&8);
     let bar = Bar::new(load, n, Kind::Linear, POISSON)?;
