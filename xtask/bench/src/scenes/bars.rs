@@ -117,7 +117,7 @@ fn tolerances(
     settings: &Settings,
 ) -> Result<Curve, Failure> {
     let name = format!("linear, n = {n}, by itself");
-    let mut curve = Curve::new(name, Axis::Tolerance, Claim::PerTolerance(4.0, 1e-9));
+    let mut curve = Curve::new(name, Axis::Tolerance, Claim::PerTolerance(10.0, 1e-9));
     for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10] {
         let solved = bar.body.timed(settings.repetitions, AUTO, &to(tolerance))?;
         let error = apart(&solved.value.positions, exact);

@@ -78,14 +78,9 @@ fn averaged_volumes_unlock_the_block() {
 #[test]
 fn a_blown_up_sphere_converges_to_its_differential_equation() {
     let curves = curves("sphere", &[2, 4]);
-    for name in ["linear, nu = 0.3", "quadratic, nu = 0.3"] {
-        let found = errors(&curves, name);
-        let order = (found[0] / found[1]).log2();
-        assert!(
-            (1.2..2.6).contains(&order),
-            "{name}: {found:?}, order {order}"
-        );
-    }
+    let found = errors(&curves, "linear, nu = 0.3");
+    let order = (found[0] / found[1]).log2();
+    assert!((1.2..2.6).contains(&order), "{found:?}, order {order}");
     let locked = errors(&curves, "linear, nu = 0.4999");
     let free = errors(&curves, "averaged volume, nu = 0.4999");
     assert!(free[1] < 0.5 * locked[1], "{locked:?} {free:?}");
