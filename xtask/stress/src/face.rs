@@ -106,7 +106,29 @@ fn forces(scene: &Scene, x: &[[f64; 3]], activations: &[f64]) -> Result<Vec<[f64
             elements.add(tet, |F| none(F) + (all(F) - none(F)).scale(alpha));
         }
     }
+    for ligament in scene.ligaments.iter().rev() {
+        for share in ligament.shares.iter().rev() {
+            let stiffness = ligament.stiffness * share.weight;
+            elements.add(share.tet as usize, |F: &Mat<f64, 3>| {
+                tendon(F, share.direction, stiffness, ligament.toe)
+            });
+        }
+    }
     Ok(elements.sums())
+}
+
+/// P of a tendon along `a`: none when slack, from there E e²/(2 toe) up to a strain e = toe, then
+/// E (e − toe/2).
+fn tendon(F: &Mat<f64, 3>, a: [f64; 3], stiffness: f64, toe: f64) -> Mat<f64, 3> {
+    let along = F.mul_vec(a);
+    let stretch = along.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let strain = stretch - 1.0;
+    let tension = match strain {
+        e if e <= 0.0 => 0.0,
+        e if e < toe => stiffness * e * e / (2.0 * toe),
+        e => stiffness * (e - 0.5 * toe),
+    };
+    Mat::from_fn(|i, j| tension / stretch * along[i] * a[j])
 }
 
 /// A fiber of this activation as a model of its own.
@@ -123,13 +145,16 @@ fn law_of(scene: &Scene, fiber: &FiberEntry, alpha: f64) -> Result<Law, Failure>
         _ => return Err(Failure::trial(&"a stretch that no model has")),
     };
     let [a, b, c] = fiber.direction;
+    let of_muscle = scene.own_fibers.get(&fiber.muscle);
+    let of_muscle = of_muscle.copied().unwrap_or_default();
+    let most = of_muscle.max_isometric_stress;
+    let most = most.unwrap_or(fibers.max_isometric_stress);
+    let optimal = of_muscle.optimal_stretch;
+    let optimal = optimal.unwrap_or(fibers.optimal_stretch);
     let own = [
         ("curve", curve.to_owned()),
-        (
-            "sigma_max",
-            (fibers.max_isometric_stress * fiber.weight).to_string(),
-        ),
-        ("lambda_ofl", fibers.optimal_stretch.to_string()),
+        ("max_isometric_stress", (most * fiber.weight).to_string()),
+        ("optimal_stretch", optimal.to_string()),
         ("alpha", alpha.to_string()),
         ("a0", format!("{a} {b} {c}")),
     ];
