@@ -5,4 +5,4 @@
 pub mod verify;
 
 pub use stress;
-pub use workbench::{bench, numbers, report, scenes, shared};
+pub use workbench::{numbers, report, scenes, shared};

@@ -18,12 +18,8 @@ struct Arguments {
 enum Command {
     /// Compare every model and every derivative with reference tables, dual numbers, differences
     Verify(verification::verify::Verify),
-    /// Measure time, memory, and time against error
-    Bench {
-        /// Which benchmark
-        #[command(subcommand)]
-        bench: verification::bench::Bench,
-    },
+    /// What an accuracy costs: time against error, scene by scene
+    Bench(bench::Options),
     /// Bodies, faces, files and programs at the edge: a table with a verdict for each row
     Stress(stress::Options),
 }
@@ -32,7 +28,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Verify(options) => verification::verify::run(&options).map_err(|e| e.to_string()),
-        Command::Bench { bench } => verification::bench::run(&bench).map_err(|e| e.to_string()),
+        Command::Bench(options) => bench::run(&options).map_err(|e| e.to_string()),
         Command::Stress(options) => stress::run(&options),
     };
     match result {

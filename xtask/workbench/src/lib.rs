@@ -1,9 +1,8 @@
-//! What verification, stress tests and benchmarks share: the book of comparisons, the reference
-//! scenes and the timed problems. In release it is compiled with full optimization, unlike
-//! `verification`, because what it solves is timed.
+//! What verification, stress tests and benchmarks share: the book of comparisons and the reference
+//! scenes. In release it is compiled with full optimization, unlike `verification`, because of what it
+//! solves.
 #![allow(non_snake_case)]
 
-pub mod bench;
 pub mod numbers;
 pub mod report;
 pub mod scenes;

@@ -1,0 +1,202 @@
+//! Points of time against error, and what is claimed of them.
+
+/// What differs from point to point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// How fine the mesh is.
+    Mesh,
+    /// Where the solver stops.
+    Tolerance,
+    /// How a linear system is solved, and in which precision.
+    Solver,
+    /// The constitutive model.
+    Model,
+    /// What is done about indefinite matrices.
+    Projection,
+    /// How many threads there are.
+    Threads,
+    /// How a derivative is taken.
+    Derivative,
+    /// By which of several ways the same number is found.
+    Route,
+    /// The direction of the fibers.
+    Angle,
+}
+
+impl Axis {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Tolerance => "tolerance",
+            Self::Solver => "solver",
+            Self::Model => "model",
+            Self::Projection => "projection",
+            Self::Threads => "threads",
+            Self::Derivative => "derivative",
+            Self::Route => "route",
+            Self::Angle => "angle",
+        }
+    }
+}
+
+/// What one setting cost, and what it gave.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Point {
+    /// The value on the curve's axis.
+    pub setting: String,
+    /// How far from the truth, in the scene's own measure.
+    pub error: f64,
+    /// The fastest of the repetitions, seconds.
+    pub seconds: f64,
+    /// Numbers that were looked for.
+    pub unknowns: usize,
+    /// Newton's steps, or those in time.
+    pub steps: usize,
+    /// Numeric factorizations.
+    pub factorizations: usize,
+    /// Iterations of conjugate gradients.
+    pub iterations: usize,
+    /// The most memory that the process held meanwhile, MiB, where the system tells.
+    pub memory: Option<f64>,
+}
+
+/// What must hold of a curve; a run in which it does not is a failure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Claim {
+    /// Each error is smaller than the one before, until all are at most this.
+    FallsTo(f64),
+    /// No error is larger than this.
+    AtMost(f64),
+    /// The settings are tolerances, and no error is larger than the tolerance times the first number, or
+    /// than the second.
+    PerTolerance(f64, f64),
+    /// Only shown.
+    Nothing,
+}
+
+/// Points that differ in one thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// What is the same for all points.
+    pub name: String,
+    /// What differs.
+    pub axis: Axis,
+    /// What is claimed.
+    pub claim: Claim,
+    /// Whether a picture has it: not where points are no sequence, or errors of another kind.
+    pub drawn: bool,
+    /// The points, coarsest first.
+    pub points: Vec<Point>,
+}
+
+impl Curve {
+    /// A curve without points.
+    pub fn new(name: impl Into<String>, axis: Axis, claim: Claim) -> Self {
+        Self {
+            name: name.into(),
+            axis,
+            claim,
+            drawn: matches!(
+                axis,
+                Axis::Mesh | Axis::Tolerance | Axis::Derivative | Axis::Angle
+            ),
+            points: Vec::new(),
+        }
+    }
+
+    /// The same, in tables alone.
+    #[must_use]
+    pub fn undrawn(mut self) -> Self {
+        self.drawn = false;
+        self
+    }
+
+    /// What breaks the claim; NaN breaks it.
+    pub fn broken(&self) -> Option<String> {
+        let mut errors = self.points.iter().map(|p| p.error);
+        if errors.clone().any(f64::is_nan) {
+            return Some("an error is no number".to_owned());
+        }
+        match self.claim {
+            Claim::Nothing => None,
+            Claim::AtMost(bound) => errors
+                .find(|e| !(*e <= bound))
+                .map(|e| format!("an error of {e:.1e} is more than {bound:.1e}")),
+            Claim::PerTolerance(share, floor) => self
+                .points
+                .iter()
+                .find(|p| !(p.error <= allowed(p, share, floor)))
+                .map(|p| {
+                    let (error, bound) = (p.error, allowed(p, share, floor));
+                    format!("{}: {error:.1e} is more than {bound:.1e}", p.setting)
+                }),
+            Claim::FallsTo(floor) => {
+                let falls = |pair: &&[Point]| {
+                    let [before, after] = [pair[0].error, pair[1].error];
+                    after < before || after <= floor
+                };
+                let pairs = self.points.windows(2);
+                pairs
+                    .into_iter()
+                    .find(|pair| !falls(pair))
+                    .map(|pair| rises(&pair[0], &pair[1]))
+            }
+        }
+    }
+}
+
+/// NaN where the setting is no number.
+fn allowed(point: &Point, share: f64, floor: f64) -> f64 {
+    let tolerance: f64 = point.setting.parse().unwrap_or(f64::NAN);
+    if tolerance.is_nan() {
+        return f64::NAN;
+    }
+    (share * tolerance).max(floor)
+}
+
+fn rises(before: &Point, after: &Point) -> String {
+    format!(
+        "the error does not fall from {} ({:.1e}) to {} ({:.1e})",
+        before.setting, before.error, after.setting, after.error
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(claim: Claim, errors: &[f64]) -> Curve {
+        let mut curve = Curve::new("c", Axis::Mesh, claim);
+        curve.points.extend(errors.iter().map(|&error| Point {
+            error,
+            ..Point::default()
+        }));
+        curve
+    }
+
+    #[test]
+    fn a_claim_is_broken_by_a_rise_above_the_floor_and_by_nan() {
+        let falls = Claim::FallsTo(1e-9);
+        assert!(curve(falls, &[1.0, 0.5, 1e-9, 1e-9]).broken().is_none());
+        assert!(curve(falls, &[1.0, 0.5, 0.5]).broken().is_some());
+        assert!(curve(falls, &[1.0, f64::NAN]).broken().is_some());
+        assert!(curve(Claim::AtMost(0.1), &[0.1, 0.0]).broken().is_none());
+        assert!(curve(Claim::AtMost(0.1), &[0.0, 0.11]).broken().is_some());
+        assert!(curve(Claim::Nothing, &[0.0, f64::NAN]).broken().is_some());
+    }
+
+    #[test]
+    fn an_error_may_be_a_share_of_its_tolerance_or_rounding() {
+        let mut curve = curve(Claim::PerTolerance(2.0, 1e-9), &[0.19, 2e-4, 1e-9]);
+        for (point, setting) in curve.points.iter_mut().zip(["1e-1", "1e-4", "1e-12"]) {
+            point.setting = setting.to_owned();
+        }
+        assert!(curve.broken().is_none());
+        curve.points[2].error = 2e-9;
+        assert!(curve.broken().is_some());
+        curve.points[2].error = 0.0;
+        curve.points[1].setting = "auto".to_owned();
+        assert!(curve.broken().is_some());
+    }
+}
