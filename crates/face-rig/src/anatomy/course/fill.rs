@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Samples are at most this share of the side of a cube as large as the smaller elements on the way.
 const SHARE_OF_ELEMENT: f64 = 0.2;
 /// At most so many samples.
-const MOST_SAMPLES: f64 = 2e6;
+const MOST_SAMPLES: f64 = 2e5;
 /// An element is left out that holds less than this share of itself,
 const LEAST_WEIGHT: f64 = 1e-3;
 /// and less than this share of the course.
@@ -106,10 +106,8 @@ impl Course {
             volume += sample.volume;
             let x = sample.position;
             let same = last.filter(|(tet, inverse)| inside(mesh, *tet, inverse, x));
-            let found = same.map(|(tet, _)| tet).or_else(|| {
-                let found = locator.locate(x).filter(|found| found.distance == 0.0);
-                found.map(|found| found.tet)
-            });
+            let found = same.map(|(tet, _)| tet);
+            let found = found.or_else(|| locator.containing(x));
             let Some(tet) = found else { return };
             if last.is_none_or(|(before, _)| before != tet) {
                 last = Some((tet, mesh.rest_edges(tet as usize).inverse()));

@@ -100,8 +100,10 @@ impl SampledDistance {
                 value: samples,
             });
         }
+        // Even beyond both ends, so that the mirror image of a surface has that of its distances.
+        let origin = |i: usize| 0.5 * (around.low[i] + around.high[i] - spacing * lengths[i]);
         let grid = Self {
-            origin: around.low,
+            origin: std::array::from_fn(origin),
             spacing,
             size: lengths.map(|l| l as usize + 1),
             coefficients: Vec::new(),
