@@ -277,6 +277,19 @@ mod tests {
         }
     }
 
+    /// Up to 24 tetrahedra meet in a node: the same one by both ways.
+    #[test]
+    fn what_elements_share_is_in_the_lowest_numbered() {
+        let mesh = kuhn_grid(4, 3, 3, [1.0; 3]).expect("a grid");
+        let locator = TetLocator::new(&mesh);
+        for (node, &p) in (0..).zip(mesh.nodes()) {
+            let first = (0..).zip(mesh.tets()).find(|(_, tet)| tet.contains(&node));
+            let first = first.map(|(tet, _)| tet);
+            assert_eq!(locator.containing(p), first);
+            assert_eq!(locator.locate(p).map(|found| found.tet), first);
+        }
+    }
+
     #[test]
     fn points_inside_are_reproduced() {
         let mesh = kuhn_grid(5, 4, 6, [1.0, 2.0, 1.5]).expect("a grid");

@@ -5,10 +5,10 @@ use super::faces::{posed, rig_to};
 use crate::curve::{Axis, Claim, Curve, Point};
 use crate::failure::Failure;
 use crate::settings::Settings;
-use crate::timing::{fastest, fastest_with};
+use crate::timing::{Timed, fastest, fastest_with};
 use face_rig::anatomy::EmbeddedPoint;
 use face_rig::rig::{
-    AffineMap, Direction, EmbeddedPoints, JacobianRoute, Parameters, Rig, RigParams,
+    AffineMap, Direction, EmbeddedPoints, JacobianRoute, Parameters, Rig, RigParams, Work,
 };
 use face_scenes::Scene as Face;
 
@@ -112,19 +112,26 @@ fn tolerances(
                 Ok((columns, rig.work()))
             },
         )?;
-        let (columns, work) = &timed.value;
-        curve.points.push(Point {
-            setting: format!("{tolerance:.0e}"),
-            error: off(columns, exact),
-            seconds: timed.seconds,
-            unknowns: 3 * face.mesh.num_nodes(),
-            steps: work.newton_steps,
-            factorizations: work.factorizations,
-            iterations: work.linear_iterations,
-            memory: timed.memory,
-        });
+        curve
+            .points
+            .push(point(format!("{tolerance:.0e}"), &timed, face, exact));
     }
     Ok(curve)
+}
+
+/// Columns that took so long and so many steps, against the exact ones.
+fn point(setting: String, timed: &Timed<(Columns, Work)>, face: &Face, exact: &Columns) -> Point {
+    let (columns, work) = &timed.value;
+    Point {
+        setting,
+        error: off(columns, exact),
+        seconds: timed.seconds,
+        unknowns: 3 * face.mesh.num_nodes(),
+        steps: work.newton_steps,
+        factorizations: work.factorizations,
+        iterations: work.linear_iterations,
+        memory: timed.memory,
+    }
 }
 
 /// Central differences with steps of several lengths, from the pose: two equilibria for a column.
@@ -147,17 +154,9 @@ fn steps(
                 Ok((columns.collect::<Result<Columns, Failure>>()?, rig.work()))
             },
         )?;
-        let (columns, work) = &timed.value;
-        curve.points.push(Point {
-            setting: format!("step {h:.0e}"),
-            error: off(columns, exact),
-            seconds: timed.seconds,
-            unknowns: 3 * face.mesh.num_nodes(),
-            steps: work.newton_steps,
-            factorizations: work.factorizations,
-            iterations: work.linear_iterations,
-            memory: timed.memory,
-        });
+        curve
+            .points
+            .push(point(format!("step {h:.0e}"), &timed, face, exact));
     }
     Ok(curve)
 }
