@@ -26,7 +26,7 @@ macro_rules! float {
             fn floor_to_i32(self) -> i32 {
                 // A cast truncates; one comparison makes it a floor without a call to libm.
                 let truncated = self as i32;
-                truncated - i32::from((truncated as $t) > self)
+                truncated.saturating_sub(i32::from((truncated as $t) > self))
             }
             #[inline(always)]
             fn is_finite(self) -> bool {

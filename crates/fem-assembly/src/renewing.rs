@@ -54,7 +54,7 @@ pub enum RenewingError<const D: usize> {
     },
     /// Each equilibrium calls for other stencils than it was found with.
     #[error(
-        "the stencils were still changing after {rounds} equilibria: a wider margin of what is near, or a softer contact, lets them settle"
+        "the stencils were still changing after {rounds} equilibria: a wider margin of what is near, or a softer contact, lets them settle; flesh that starts deep inside other flesh gets there by a walk from where they do not touch (`solve_walking`)"
     )]
     Unsettled {
         /// Equilibria found.

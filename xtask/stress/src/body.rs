@@ -6,9 +6,9 @@ use crate::{Failure, balance};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
     Assembly, AssemblyBuilder, AssemblyError, Dofs, Quasistatic, RenewingError, VolumePatches,
-    solve_renewing,
+    solve_renewing, solve_walking,
 };
-use fem_solvers::{Newton, NewtonInfo, NewtonParams};
+use fem_solvers::{ContinuationParams, Newton, NewtonInfo, NewtonParams};
 
 /// Adds terms that are no elements: contacts, loads.
 type Terms =
@@ -197,6 +197,38 @@ impl Body {
             },
             info,
         })
+    }
+
+    /// From rest to where `to` puts what is held at each share of the way: each part from the last,
+    /// halved where that fails.
+    pub fn walk(
+        &self,
+        to: impl Fn(f64) -> Vec<[f64; 3]>,
+        parts: usize,
+        params: &NewtonParams,
+    ) -> Result<Solved, Failure> {
+        let walk = ContinuationParams {
+            smallest_step: 1.0 / 64.0,
+            ..ContinuationParams::default()
+        };
+        let mut assembly = self.assembly()?;
+        let mut x = self.mesh.nodes().to_vec();
+        let mut newton = Newton::new(&Quasistatic::new(&assembly, x.clone(), vec![])?);
+        let mut steps = 0;
+        for part in 1..=parts {
+            let to = to(part as f64 / parts as f64);
+            let there = solve_walking(&mut assembly, &mut newton, x, &to, &[], params, &walk)?;
+            (x, steps) = (there.positions, steps + there.iterations);
+        }
+        // A solve that starts at its own solution says what it promises.
+        let last = self.solve_with(x, params)?;
+        let note = format!("{} steps more from its own solution", last.info.iterations);
+        let evidence = Evidence {
+            note,
+            steps,
+            ..last.evidence
+        };
+        Ok(Solved { evidence, ..last })
     }
 
     /// Trusts nothing of a solution.

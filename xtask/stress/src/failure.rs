@@ -15,42 +15,41 @@ pub struct Failure {
     pub kind: String,
     /// What it says.
     pub message: String,
+    /// Steps of the solve that failed; 0 where nothing was solved.
+    pub steps: usize,
 }
 
 impl Failure {
     /// Of a row that needs what is not here.
     pub const SKIPPED: &'static str = "skipped";
 
+    /// Of what was not a solve.
+    pub fn new(kind: impl Into<String>, message: impl Into<String>) -> Self {
+        Self {
+            kind: kind.into(),
+            message: message.into(),
+            steps: 0,
+        }
+    }
+
     /// What is not here.
     pub fn skipped(message: impl Into<String>) -> Self {
-        Self {
-            kind: Self::SKIPPED.to_owned(),
-            message: message.into(),
-        }
+        Self::new(Self::SKIPPED, message)
     }
 
     /// An error of an enumeration: its variant is what `Debug` begins with.
     pub fn of(kind: &str, error: &(impl Debug + Display)) -> Self {
-        Self {
-            kind: format!("{kind}::{}", variant(error)),
-            message: error.to_string(),
-        }
+        Self::new(format!("{kind}::{}", variant(error)), error.to_string())
     }
 
     /// What no row may give: a wrong answer that passes for one.
     pub fn lie(message: impl Into<String>) -> Self {
-        Self {
-            kind: "Lie".to_owned(),
-            message: message.into(),
-        }
+        Self::new("Lie", message)
     }
 
     /// What the trial itself could not do, such as make a folder.
     pub fn trial(error: &impl Display) -> Self {
-        Self {
-            kind: "Trial".to_owned(),
-            message: error.to_string(),
-        }
+        Self::new("Trial", error.to_string())
     }
 }
 
@@ -82,6 +81,7 @@ impl From<NewtonError> for Failure {
         Self {
             kind: format!("NewtonFailure::{}", variant(&error.reason)),
             message: error.to_string(),
+            steps: error.iteration,
         }
     }
 }

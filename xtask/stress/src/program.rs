@@ -69,10 +69,7 @@ pub fn ended(output: &Output) -> Result<(), Failure> {
     }
     match output.status.code() {
         Some(0) => Ok(()),
-        Some(code) => Err(Failure {
-            kind: format!("exit {code}"),
-            message,
-        }),
+        Some(code) => Err(Failure::new(format!("exit {code}"), message)),
         None => Err(Failure::lie(format!(
             "ended by a signal: {}",
             output.status

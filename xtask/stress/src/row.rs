@@ -33,6 +33,8 @@ pub enum Expected {
     Property,
     /// Exactly this error, as `Type::Variant`.
     Error(&'static str),
+    /// The same, of a solve that did not give up before so many steps.
+    ErrorAfter(&'static str, usize),
 }
 
 /// What was measured of something that succeeded.
@@ -159,19 +161,29 @@ impl Row {
                     failed(format!("{left:.1e} left, {allowed:.1e} allowed"))
                 }
             }
-            (Expected::Error(kind), Err(failure)) if failure.kind == kind => {
-                if failure.message.trim().is_empty() {
-                    failed(format!("{kind} without a word"))
-                } else {
-                    Verdict::Passed
-                }
-            }
-            (Expected::Error(kind), Ok(_)) => failed(format!("a success, {kind} expected")),
-            (Expected::Error(kind), Err(failure)) => failed(format!(
-                "{}, {kind} expected: {}",
-                failure.kind, failure.message
-            )),
+            (Expected::Error(kind), _) => judge_error(kind, 0, result),
+            (Expected::ErrorAfter(kind, steps), _) => judge_error(kind, steps, result),
             (_, Err(failure)) => failed(format!("{}: {}", failure.kind, failure.message)),
         }
     }
+}
+
+fn judge_error(kind: &str, steps: usize, result: &Result<Evidence, Failure>) -> Verdict {
+    let reason = match result {
+        Ok(_) => format!("a success, {kind} expected"),
+        Err(failure) if failure.kind != kind => {
+            let Failure {
+                kind: other,
+                message,
+                ..
+            } = failure;
+            format!("{other}, {kind} expected: {message}")
+        }
+        Err(failure) if failure.message.trim().is_empty() => format!("{kind} without a word"),
+        Err(failure) if failure.steps < steps => {
+            format!("{kind} after {} steps, {steps} expected", failure.steps)
+        }
+        Err(_) => return Verdict::Passed,
+    };
+    Verdict::Failed(reason)
 }

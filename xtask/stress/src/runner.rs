@@ -90,10 +90,7 @@ pub fn run_rows<'a>(
 fn panicked(payload: &(dyn Any + Send)) -> Failure {
     let text = payload.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
-    Failure {
-        kind: "panic".to_owned(),
-        message: text.unwrap_or("without a message").to_owned(),
-    }
+    Failure::new("panic", text.unwrap_or("without a message"))
 }
 
 /// Runs the table; true if every row gave what it says.

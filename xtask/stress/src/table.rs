@@ -9,7 +9,7 @@ fn word(expected: Expected) -> &'static str {
     match expected {
         Expected::Answer => "answer",
         Expected::Property => "holds",
-        Expected::Error(kind) => kind,
+        Expected::Error(kind) | Expected::ErrorAfter(kind, _) => kind,
     }
 }
 
@@ -77,7 +77,7 @@ pub fn summary(records: &[Record], settings: &Settings) -> bool {
         records.len(),
         count(|e| e == Expected::Answer),
         count(|e| e == Expected::Property),
-        count(|e| matches!(e, Expected::Error(_))),
+        count(|e| matches!(e, Expected::Error(_) | Expected::ErrorAfter(..))),
         settings.seed
     );
     for record in records.iter().filter(failed) {

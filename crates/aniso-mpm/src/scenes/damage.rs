@@ -1,5 +1,7 @@
 use super::Deviation;
-use super::read::{Report, at, list, matrices, node, number, numbers, relative, vectors};
+use super::read::{
+    Report, at, list, matrices, node, number, numbers, of_length, relative, vectors,
+};
 use crate::damage::{
     DamageGrid, DamageParameters, Director, Directors, Gradient, ImplicitOptions, ImplicitSystem,
     RightHandSide, crack_stress, driving_force, explicit_update, geometric_resistance,
@@ -49,12 +51,10 @@ impl<'f, const D: usize> Case<'f, D> {
     fn read(file: &'f Value) -> Result<Self, String> {
         let symmetry = at(file, "symmetry")?.as_str().unwrap_or_default();
         let alpha = numbers(file, "alpha")?;
+        let &weight = alpha.first().ok_or("`alpha` is empty")?;
         let a1 = vectors::<D>(file, "a1")?.into_iter();
-        let first = a1.map(|direction| Director {
-            direction,
-            weight: alpha[0],
-        });
-        let directors = match alpha.get(1) {
+        let first = a1.map(|direction| Director { direction, weight });
+        let directors: Vec<_> = match alpha.get(1) {
             None => first.map(Directors::TransverselyIsotropic).collect(),
             Some(&weight) => {
                 let second = vectors::<D>(file, "a2")?.into_iter();
@@ -63,6 +63,9 @@ impl<'f, const D: usize> Case<'f, D> {
                 pairs.map(|(a, b)| Directors::Orthotropic(a, b)).collect()
             }
         };
+        let (x, d) = (vectors(file, "x")?, numbers(file, "d")?);
+        of_length("d", d.len(), x.len())?;
+        of_length("a1 and a2", directors.len(), x.len())?;
         Ok(Self {
             file,
             report: Report {
@@ -75,8 +78,8 @@ impl<'f, const D: usize> Case<'f, D> {
                 sigma_crit: number(file, "sigma_crit")?,
                 eta: number(file, "eta")?,
             },
-            x: vectors(file, "x")?,
-            d: numbers(file, "d")?,
+            x,
+            d,
             directors,
         })
     }
@@ -90,6 +93,13 @@ impl<'f, const D: usize> Case<'f, D> {
         let file = self.file;
         let (F, sigma) = (matrices::<D>(file, "F")?, matrices::<D>(file, "sigma")?);
         let history = numbers(file, "D_history")?;
+        for (key, found) in [
+            ("F", F.len()),
+            ("sigma", sigma.len()),
+            ("D_history", history.len()),
+        ] {
+            of_length(key, found, self.x.len())?;
+        }
         let parameters = self.parameters;
         let tensors = self.directors.iter().zip(&F);
         let A: Vec<_> = tensors.map(|(a, F)| a.structural_tensor(F)).collect();
@@ -273,4 +283,28 @@ fn uniform<const D: usize>(file: &Value) -> Result<Vec<Deviation>, String> {
     let expected = vec![number(file, "explicit_d_new")?; count];
     report.push("explicit_d_new", relative(&explicit, &expected), TOLERANCE);
     Ok(report.deviations)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uniform;
+    use serde_json::json;
+
+    /// Equal particles feel no Laplacian: d + Δt/η ((1 − d) D̃ − d), and implicitly
+    /// (d + Δt/η D̃)/(1 + Δt/η (1 + D̃)).
+    #[test]
+    fn the_steps_are_those_of_the_file() {
+        let (d, force, eta) = (0.15_f64, 2.5_f64, 0.4_f64);
+        for (explicit, implicit) in [(0.002, 0.3), (0.013, 0.04)] {
+            let rate = implicit / eta;
+            let file = json!({
+                "eta": eta, "d": d, "D_tilde": force, "dt": implicit, "dt_explicit": explicit,
+                "d_new": (d + rate * force) / (1.0 + rate * (1.0 + force)),
+                "explicit_d_new": d + explicit / eta * ((1.0 - d) * force - d),
+            });
+            let deviations = uniform::<2>(&file).unwrap();
+            assert_eq!(deviations.len(), 2);
+            assert!(deviations.iter().all(|d| d.is_good()), "{deviations:?}");
+        }
+    }
 }

@@ -46,8 +46,9 @@ fn one<K: Spline, const D: usize>(
     per_axis: usize,
     worst: &mut BTreeMap<String, f64>,
 ) -> Result<(), String> {
-    let x = vectors::<D>(row, "x")?[0];
-    let stencil = Stencil::<f64, D>::new::<K>(&x, h);
+    let x = vectors::<D>(row, "x")?;
+    let x = x.first().ok_or("`x` is empty")?;
+    let stencil = Stencil::<f64, D>::new::<K>(x, h);
     let kernel = at(row, "kernel")?.as_str().unwrap_or_default();
     let mut report = Report {
         prefix: format!("{D}D/{kernel}"),
@@ -67,19 +68,19 @@ fn one<K: Spline, const D: usize>(
         }
     }
     if let Some(full) = row.get("full") {
-        let nodes: Vec<usize> = numbers(full, "nodes")?
-            .iter()
-            .map(|&n| n as usize)
-            .collect();
+        let nodes: Vec<i128> = numbers(full, "nodes")?.iter().map(|&n| n as i128).collect();
         let (mut w, mut gradient, mut laplacian) = (
             vec![0.0; nodes.len()],
             vec![0.0; nodes.len() * D],
             vec![0.0; nodes.len()],
         );
         for_each_node::<D>(K::WIDTH, |n| {
-            let place: usize = (0..D)
-                .map(|a| (stencil.base[a] as usize + n[a]) * per_axis.pow(a as u32))
-                .sum();
+            // Wide enough for what no file should hold.
+            let along = |a: usize| i128::from(stencil.base[a]) + n[a] as i128;
+            let stride = |a: usize| (per_axis as i128).wrapping_pow(a as u32);
+            let place = (0..D).fold(0, |sum: i128, a| {
+                sum.wrapping_add(along(a).wrapping_mul(stride(a)))
+            });
             if let Some(at) = nodes.iter().position(|&node| node == place) {
                 w[at] = stencil.weight(n);
                 gradient[at * D..(at + 1) * D].copy_from_slice(&stencil.gradient(n));

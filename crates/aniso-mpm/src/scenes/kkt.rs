@@ -1,5 +1,5 @@
 use super::Deviation;
-use super::read::{Report, list, number, numbers, relative};
+use super::read::{Report, list, number, numbers, of_length, relative};
 use crate::float::worse;
 use crate::kkt::{ConstrainedProblem, Constraints, Kkt};
 use serde_json::Value;
@@ -79,6 +79,12 @@ pub fn compare(file: &Value) -> Result<Vec<Deviation>, String> {
         G: numbers(file, "G")?,
         h0: numbers(file, "h0")?,
     };
+    let (n, constraints) = (problem.g.len(), problem.h0.len());
+    if n == 0 {
+        return Err("`g` is empty".to_owned());
+    }
+    of_length("H", problem.H.len(), n * n)?;
+    of_length("G", problem.G.len(), n * constraints)?;
     let exact = numbers(&file["exact"], "x")?;
     let mut report = Report {
         prefix: "relaxed".into(),
@@ -119,6 +125,7 @@ fn relaxed(
     let solution = solver.solve(problem, &vec![0.0; n]);
     let solution = solution.map_err(|e| e.to_string())?;
     let (x, lambda) = (numbers(case, "x")?, numbers(case, "lambda")?);
+    of_length("x", x.len(), n)?;
     report.prefix = format!("eta={eta:e}");
     report.push("x", relative(&solution.x, &x), 1e-9);
     report.push("lambda", relative(&solution.lambda, &lambda), 1e-8);

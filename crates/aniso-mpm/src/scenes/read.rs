@@ -56,6 +56,9 @@ pub fn vectors<const D: usize>(value: &Value, key: &str) -> Result<Vec<[f64; D]>
 
 pub fn matrices<const D: usize>(value: &Value, key: &str) -> Result<Vec<Mat<f64, D>>, String> {
     let rows = vectors::<D>(value, key)?;
+    if !rows.len().is_multiple_of(D) {
+        return Err(format!("`{key}` is not a list of matrices"));
+    }
     Ok(rows
         .chunks(D)
         .map(|r| Mat(core::array::from_fn(|a| r[a])))
@@ -64,7 +67,16 @@ pub fn matrices<const D: usize>(value: &Value, key: &str) -> Result<Vec<Mat<f64,
 
 /// The node with a flat index i + G (j + G k).
 pub fn node<const D: usize>(flat: usize, per_axis: usize) -> [i32; D] {
-    core::array::from_fn(|a| ((flat / per_axis.pow(a as u32)) % per_axis) as i32)
+    let per_axis = per_axis.max(1);
+    core::array::from_fn(|a| ((flat / per_axis.saturating_pow(a as u32)) % per_axis) as i32)
+}
+
+/// Refuses a list of another length than what belongs to it.
+pub fn of_length(key: &str, found: usize, expected: usize) -> Result<(), String> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(format!("`{key}` has {found} entries, expected {expected}"))
 }
 
 /// max |a − b| over max |b| (over 1 where b is 0): NaN where lengths differ or a NaN occurs.

@@ -2,7 +2,7 @@
 use aniso_mpm::damage::{
     Augmentation, DamageGrid, DamageInput, DamageModel, DamageParameters, DamageUpdate, Director,
     Directors, Gradient, ImplicitOptions, ImplicitSystem, RightHandSide, cauchy_stress,
-    explicit_update, stress_at_stretch, tensile_part,
+    driving_force, explicit_update, stress_at_stretch, tensile_part,
 };
 use fem_kinematics::{Mat, cauchy_from_piola};
 use fem_materials::{Material, NeoHookean};
@@ -196,6 +196,24 @@ fn defaults_of_the_document() {
     assert_eq!(parameters.length_scale, 0.15);
     assert_eq!(parameters.zeta, 1.0);
     assert_eq!((parameters.sigma_crit, parameters.eta), (7.0, 0.2));
+}
+
+/// ζ ⟨(σ/σ_c)² − 1⟩ of a stress along one axis; what presses across it tears nothing.
+#[test]
+fn the_driving_force_begins_at_the_critical_stress_and_never_falls() {
+    let parameters = DamageParameters {
+        zeta: 1.5,
+        ..DamageParameters::new(H, 2.0, 0.05)
+    };
+    let force = |stress: f64, history: f64| {
+        let (F, sigma) = (Mat::identity(), Mat::from_diagonal([stress, -7.0]));
+        driving_force(&parameters, &Directors::<2>::Isotropic, &F, &sigma, history)
+    };
+    for (stress, expected) in [(4.0, 4.5), (3.0, 1.875), (2.0, 0.0), (1.0, 0.0)] {
+        let found = force(stress, 0.0);
+        assert!((found - expected).abs() < 1e-14, "{stress}: {found}");
+        assert_eq!(force(stress, 5.0), 5.0);
+    }
 }
 
 #[test]

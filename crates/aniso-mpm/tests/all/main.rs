@@ -4,6 +4,7 @@ mod conservation;
 mod damage;
 mod elasticity;
 mod fracture;
+mod hostile;
 mod inextensible;
 mod kkt;
 mod scenes;

@@ -180,10 +180,24 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
         refuses_inverted: true,
         ..RigParams::default()
     };
-    let error = rig_of(params, 1.0, 1.0).solve(&through()).unwrap_err();
-    let RigError::NoEquilibrium { last, source, .. } = error else {
+    let mut rig = rig_of(params, 1.0, 1.0);
+    let error = rig.solve(&through()).unwrap_err();
+    let RigError::NoEquilibrium {
+        last,
+        source,
+        percent,
+        ..
+    } = error
+    else {
         panic!("{error}");
     };
+    // The last pose that was solved on the way, not the one that the rig came from.
+    let way = last.parameters.jaw.translation[2] / -0.12;
+    assert!(
+        percent > 5.0 && (100.0 * way - percent).abs() < 1e-9,
+        "{way} {percent}"
+    );
+    assert_eq!(rig.solved().parameters.jaw.translation[2], 0.0);
     assert!(
         matches!(*source, PartError::Inverted { ratio, .. } if ratio <= 0.0),
         "{source}"

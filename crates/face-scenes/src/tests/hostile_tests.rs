@@ -124,34 +124,80 @@ fn with_every_reader() -> (Files, Vec<(&'static str, String)>) {
     (files, texts.to_vec())
 }
 
+/// Loads a scene with this file of it damaged, over and over; at least a fifth of it must be
+/// noticed.
+fn damaged(files: &Files, (name, text): (&str, &str), damage: &mut Damage, rounds: usize) {
+    let folder = files.path("").display().to_string();
+    let (mut read, mut refused) = (0, 0);
+    for _ in 0..rounds {
+        let bytes = damage.of(text);
+        fs::write(files.path(name), &bytes).expect("writable");
+        let shown = || format!("{name}:\n{}", String::from_utf8_lossy(&bytes));
+        let loaded = catch_unwind(AssertUnwindSafe(|| {
+            files.load().map(|scene| check(&scene).to_string())
+        }));
+        match loaded.unwrap_or_else(|_| panic!("a panic by {}", shown())) {
+            Ok(_) => read += 1,
+            Err(error) => {
+                refused += 1;
+                let told = error.to_string();
+                assert!(told.contains(&folder), "{told}\n{}", shown());
+            }
+        }
+    }
+    // Damage that no reader ever notices would be none.
+    assert!(
+        refused > rounds / 5 && read > 0,
+        "{name}: {read} read, {refused} refused"
+    );
+    files.text(name, text);
+}
+
 #[test]
 fn damaged_scenes_and_tables_are_read_or_refused() {
     let (files, texts) = with_every_reader();
-    let folder = files.path("").display().to_string();
     let mut damage = Damage(0x5931_a7b3_f7df_b7fd);
     for (name, text) in &texts {
-        let (mut read, mut refused) = (0, 0);
-        for _ in 0..300 {
+        damaged(&files, (name, text), &mut damage, 300);
+    }
+}
+
+/// Loads, cavities, motions, strengths, stiffnesses, regions, ligaments and contact.
+#[test]
+fn damaged_influences_are_read_or_refused() {
+    let ligament = r#""ligaments": [{ "name": "tendon", "stiffness": 2e6, "toe": 0.02, "along": {
+        "lines": [[[0.02, 0.05, 0.05], [0.05, 0.05, 0.05]]], "radius": 0.005 } }]"#;
+    let contact = r#""contact": { "flesh": true }"#;
+    let entries = format!("{}, {ligament}, {contact}", influence_tests::ALL);
+    let files = influence_tests::with(&entries);
+    files.load().expect("a sound scene");
+    let text = fs::read_to_string(files.path("scene.json")).expect("readable");
+    let mut damage = Damage(0x0123_4567_89ab_cdef);
+    damaged(&files, ("scene.json", &text), &mut damage, 500);
+}
+
+/// Numbers on the command line: read, or refused.
+#[test]
+fn damaged_settings_are_read_or_refused() {
+    let mut damage = Damage(0xfedc_ba98_7654_3210);
+    let muscles = Files::new().load().expect("a sound scene").muscles;
+    for text in ["smile=0.5", "smile_R=1e-3", "12deg", "-0.2rad", "7.5 deg"] {
+        for _ in 0..400 {
             let bytes = damage.of(text);
-            fs::write(files.path(name), &bytes).expect("writable");
-            let shown = || format!("{name}:\n{}", String::from_utf8_lossy(&bytes));
-            let loaded = catch_unwind(AssertUnwindSafe(|| {
-                files.load().map(|scene| check(&scene).to_string())
-            }));
-            match loaded.unwrap_or_else(|_| panic!("a panic by {}", shown())) {
-                Ok(_) => read += 1,
-                Err(error) => {
-                    refused += 1;
-                    let told = error.to_string();
-                    assert!(told.contains(&folder), "{told}\n{}", shown());
-                }
+            let text = String::from_utf8_lossy(&bytes);
+            let angle = catch_unwind(|| crate::parse_angle(&text).map_err(|e| e.to_string()));
+            match angle.unwrap_or_else(|_| panic!("a panic by {text:?}")) {
+                Ok(radians) => assert!(radians.is_finite(), "{text:?}: {radians}"),
+                Err(told) => assert!(!told.is_empty()),
+            }
+            let set = catch_unwind(|| crate::parse_activations(&muscles, [&*text]));
+            match set.unwrap_or_else(|_| panic!("a panic by {text:?}")) {
+                Ok(values) => assert!(
+                    values.iter().all(|v| (0.0..=1.0).contains(v)),
+                    "{text:?}: {values:?}"
+                ),
+                Err(error) => assert!(!error.to_string().is_empty()),
             }
         }
-        // Damage that no reader ever notices would be none.
-        assert!(
-            refused > 60 && read > 0,
-            "{name}: {read} read, {refused} refused"
-        );
-        files.text(name, text);
     }
 }

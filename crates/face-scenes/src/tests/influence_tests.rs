@@ -6,7 +6,7 @@ use face_rig::rig::{Direction, Parameters, Rig, RigParams};
 use fem_assembly::Cavity;
 
 /// The block with these entries behind its material.
-fn with(entries: &str) -> Files {
+pub(super) fn with(entries: &str) -> Files {
     let files = Files::new();
     let material = r#""material": { "preset": "soft_tissue" },"#;
     files.edit("scene.json", material, &format!("{material}\n  {entries},"));
@@ -24,7 +24,7 @@ fn solved(scene: &Scene, change: impl FnOnce(&mut Parameters)) -> Vec<[f64; 3]> 
     rig.solve(&pose).expect("an equilibrium").positions()
 }
 
-const ALL: &str = r#""regions": { "array": "layer", "labels": [
+pub(super) const ALL: &str = r#""regions": { "array": "layer", "labels": [
     { "label": 1, "name": "fat", "material": { "neo_hookean": { "young": 5e3, "poisson": 0.4 } } } ] },
   "loads": [
     { "force": { "name": "finger", "at": { "box": { "low": [-0.01, 0.19, 0.09], "high": [0.11, 0.21, 0.11] } },

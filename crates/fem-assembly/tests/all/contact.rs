@@ -162,6 +162,15 @@ fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_sam
                 ..NewtonParams::default()
             };
             let done = solve_renewing(&mut assembly, &mut newton, start, &[], &params).unwrap();
+            // Of the pairs of a fresh look, not of those that the solve ended with.
+            let mut fresh = with_pressure(&mesh, 0.1, 1e4);
+            let there = done.positions.clone();
+            fresh
+                .renew(fresh.configuration(&there, &[]).unwrap())
+                .unwrap();
+            let problem = Quasistatic::new(&fresh, there, vec![]).unwrap();
+            let (x, info) = (problem.unknowns(), done.info.clone().unwrap());
+            crate::promise::kept(&problem, &x, &params, &info, "flesh on flesh");
             let forces =
                 assembly.forces_everywhere(assembly.configuration(&done.positions, &[]).unwrap());
             (done, forces)

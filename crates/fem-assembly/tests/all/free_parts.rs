@@ -1,7 +1,7 @@
 //! What can move with nothing to stop it is found before a solve.
 
 use fem_assembly::mesh::{Orientation, Orphans, SimplexMesh, kuhn_grid};
-use fem_assembly::{AssemblyBuilder, Dofs, FreePart, NodalLoads, RigidMotion};
+use fem_assembly::{AssemblyBuilder, Dofs, FreePart, NodalLoads, RigidMotion, Springs};
 use fem_materials::NeoHookean;
 
 fn parts(mesh: &SimplexMesh<3>, nodes: &[usize], axes: &[(usize, usize)]) -> Vec<FreePart<3>> {
@@ -99,8 +99,34 @@ fn two_bodies_and_a_lost_node_are_told_apart() {
         (27, 6, false)
     );
     assert!(free[1].alone && free[1].first_node == 54);
+    // A point has no turns.
+    assert_eq!(free[1].motions.len(), 3);
     assert_eq!(
         free[1].to_string(),
         "node 54 belongs to no element, and nothing holds it"
     );
+}
+
+/// What has a stiffness holds, whether a node is prescribed or not.
+#[test]
+fn springs_hold_what_they_pull_back() {
+    let mesh = block();
+    let free = |held: &[usize]| {
+        let dofs = Dofs::all_free(mesh.nodes()).unwrap();
+        let flesh = NeoHookean {
+            mu: 1e4,
+            lambda: 1e5,
+        };
+        let springs = Springs::at_nodes(held.iter().map(|&n| (n, mesh.nodes()[n])), 50.0).unwrap();
+        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+        let builder = builder.material(flesh).unwrap().term(springs).unwrap();
+        let assembly = builder.build().unwrap();
+        let at = assembly.configuration(mesh.nodes(), &[]).unwrap();
+        let parts = assembly.free_motions(at);
+        parts.iter().map(|part| part.motions.len()).sum::<usize>()
+    };
+    // One point leaves three turns, a line one, a face none.
+    assert_eq!(free(&at(&mesh, |p| *p == [1.0, 0.5, 0.0])), 3);
+    assert_eq!(free(&at(&mesh, |p| p[0] == 1.0 && p[1] == 0.5)), 1);
+    assert_eq!(free(&at(&mesh, |p| p[0] == 1.0)), 0);
 }

@@ -77,9 +77,10 @@ fn a_ball_presses_as_hertz_says() {
         linear_solver: LinearSolver::Direct,
         ..NewtonParams::default()
     };
-    Newton::new(&problem)
+    let info = Newton::new(&problem)
         .solve(&problem, &mut x, &newton)
         .unwrap();
+    crate::promise::kept(&problem, &x, &newton, &info, "Hertz");
     let positions = problem.positions(&x);
     let forces = assembly.forces_everywhere(assembly.configuration(&positions, &[]).unwrap());
     let force = 4.0 * prescribed.iter().map(|&n| forces[n][2]).sum::<f64>();

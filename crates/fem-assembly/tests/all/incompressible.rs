@@ -22,8 +22,11 @@ fn block(mesh: &SimplexMesh<3>) -> AssemblyBuilder<3> {
 fn solved(body: &Assembly<3>) -> (Vec<[f64; 3]>, usize) {
     let problem = Quasistatic::new(body, body.rest().to_vec(), vec![]).unwrap();
     let mut x = problem.unknowns();
-    let info = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default());
-    (problem.positions(&x), info.unwrap().iterations)
+    let params = NewtonParams::default();
+    let info = Newton::new(&problem).solve(&problem, &mut x, &params);
+    let info = info.unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "a block with a load");
+    (problem.positions(&x), info.iterations)
 }
 
 fn sinking(mesh: &SimplexMesh<3>, body: &Assembly<3>) -> f64 {
@@ -80,9 +83,11 @@ fn patches_keep_their_volume_and_elements_need_not() {
     let pressed = mesh.nodes().iter().map(|&[x, y, z]| [x, y, 0.85 * z]);
     let problem = Quasistatic::new(&body, pressed.collect(), vec![]).unwrap();
     let mut x = problem.unknowns();
-    Newton::new(&problem)
-        .solve(&problem, &mut x, &NewtonParams::default())
+    let params = NewtonParams::default();
+    let info = Newton::new(&problem)
+        .solve(&problem, &mut x, &params)
         .unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "patches");
     let ratios = body.volume_ratios(&problem.positions(&x));
     for patch in patches.lists() {
         let (mut now, mut rest) = (0.0, 0.0);

@@ -35,9 +35,10 @@ fn solved<const D: usize>(body: &Assembly<D>, controls: &[f64]) -> Vec<[f64; D]>
         linear_solver: LinearSolver::Direct,
         ..NewtonParams::default()
     };
-    Newton::new(&problem)
+    let info = Newton::new(&problem)
         .solve(&problem, &mut x, &params)
         .unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "a load");
     problem.positions(&x)
 }
 

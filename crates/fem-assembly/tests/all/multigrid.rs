@@ -97,6 +97,9 @@ fn multigrid_and_a_factor_find_the_same_twist() {
     let mut newton = Newton::with_direction(&problem, direction);
     let info = newton.solve(&problem, &mut x, &settings).unwrap();
     assert_eq!(info.factorizations, 0);
+    for (x, info, what) in [(&exact, &direct, "a factor"), (&x, &info, "multigrid")] {
+        crate::promise::kept(&problem, x, &settings, info, what);
+    }
     assert!((info.energy - direct.energy).abs() < 1e-12 * direct.energy);
     let off = x.iter().zip(&exact).map(|(a, b)| (a - b).abs());
     assert!(off.fold(0.0, f64::max) < 1e-11);

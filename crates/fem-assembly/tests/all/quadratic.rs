@@ -47,9 +47,10 @@ fn solved<const D: usize>(body: &Assembly<D>, start: Vec<[f64; D]>) -> Vec<[f64;
         relative_gradient_tolerance: 1e-12,
         ..NewtonParams::default()
     };
-    Newton::new(&problem)
+    let info = Newton::new(&problem)
         .solve(&problem, &mut x, &params)
         .unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "quadratic elements");
     problem.positions(&x)
 }
 

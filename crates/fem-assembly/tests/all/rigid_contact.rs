@@ -308,6 +308,7 @@ fn solve(assembly: &Assembly<3>, start: Vec<Point>) -> (Vec<Point>, NewtonInfo) 
     let info = Newton::new(&problem)
         .solve(&problem, &mut x, &params)
         .unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "a rigid solid");
     (problem.positions(&x), info)
 }
 
@@ -414,7 +415,8 @@ fn a_solve_does_not_pass_a_thin_solid() {
     assert!(problem.largest_step(&x, &dx) < 0.22);
     let mut newton = Newton::new(&problem);
     let params = NewtonParams::default();
-    newton.solve(&problem, &mut x, &params).unwrap();
+    let info = newton.solve(&problem, &mut x, &params).unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "a thin solid");
     let lowest = problem
         .positions(&x)
         .iter()

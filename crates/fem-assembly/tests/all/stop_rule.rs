@@ -101,6 +101,20 @@ fn pcg(preconditioner: PreconditionerChoice) -> LinearSolver {
     }
 }
 
+/// A free node that no stiff element touches.
+fn soft_node(assembly: &Assembly<3>, stiff: impl Fn([f64; 3]) -> bool) -> usize {
+    let mesh = grid(1.0);
+    let mut free: Vec<bool> = (0..mesh.num_nodes())
+        .map(|n| assembly.dofs().row(n).is_some())
+        .collect();
+    for (e, nodes) in mesh.elements().enumerate() {
+        if stiff(middle(&mesh, e)) {
+            nodes.iter().for_each(|&n| free[n as usize] = false);
+        }
+    }
+    free.iter().position(|&free| free).unwrap()
+}
+
 #[test]
 fn a_soft_part_of_a_stiff_body_is_balanced_too() {
     let halves = |p: [f64; 3]| p[0] > 1.0;
@@ -121,6 +135,15 @@ fn a_soft_part_of_a_stiff_body_is_balanced_too() {
             let start = pulled(&assembly, 1.0, 1.0);
             let what = format!("{name}, {ratio:e}");
             let (expected, _) = solve(&assembly, start.clone(), LinearSolver::Direct, &what);
+            // Soft flesh a little out of place is not at rest, whatever the stiff part feels.
+            let mut moved = expected.clone();
+            moved[soft_node(&assembly, stiff)][2] += 1e-4;
+            let (back, info) = solve(&assembly, moved, LinearSolver::Direct, &what);
+            let off = farthest(&back, &expected);
+            assert!(
+                info.iterations > 0 && off < 1e-6,
+                "{what}: {off:e}, {info:?}"
+            );
             for preconditioner in [
                 PreconditionerChoice::BlockJacobi,
                 PreconditionerChoice::BlockIc0,
@@ -205,4 +228,18 @@ fn a_free_block_at_rest_is_done() {
     let rest = assembly.rest().to_vec();
     let (_, info) = solve(&assembly, rest, LinearSolver::Auto, "free");
     assert_eq!(info.iterations, 0);
+}
+
+/// A pull of 2 nm on a bar of 2 m: far below 1e-8 of what would strain it by one, and yet its middle
+/// goes half of the way.
+#[test]
+fn a_tiny_pull_is_followed() {
+    let mesh = grid(1.0);
+    let assembly = AssemblyBuilder::new(&mesh, held(&mesh, 1.0)).unwrap();
+    let assembly = assembly.material(flesh(1e4)).unwrap().build().unwrap();
+    let start = pulled(&assembly, 1.0, 1e-8);
+    let (found, info) = solve(&assembly, start, LinearSolver::Direct, "a tiny pull");
+    let middle = mesh.nodes().iter().position(|p| *p == [1.0, 0.5, 0.5]);
+    let way = found[middle.unwrap()][0] - 1.0;
+    assert!((way / 1e-9 - 1.0).abs() < 1e-2, "{way:e} m, {info:?}");
 }

@@ -82,15 +82,21 @@ pub fn rows() -> Vec<Row> {
             "contact-lips-crossed",
             "two blocks, started a little inside each other",
             answer,
-            |s| lips(0.06, s),
+            |s| lips(0.06, 0, s),
         ),
         row(
             "contact-lips-crossed-deep",
             "the same, 0.2 of their height inside each other",
             Expected::Error("RenewingError::Unsettled"),
-            |s| lips(0.2, s),
+            |s| lips(0.2, 0, s),
         )
         .long(),
+        row(
+            "contact-lips-walked",
+            "the same, walked from where they do not touch",
+            answer,
+            |s| lips(0.2, 6, s),
+        ),
         row(
             "contact-lid-behind-eye",
             "a lid started behind the middle of the eyeball, no bound on the depth",
@@ -211,8 +217,9 @@ fn with_gap(evidence: Evidence, x: &[[f64; 3]], center: [f64; 3], radius: f64) -
     }
 }
 
-/// Two blocks, 0.1 m apart at rest, the upper one lowered until it lies `inside` the lower one.
-fn lips(inside: f64, settings: &Settings) -> Result<Evidence, Failure> {
+/// Two blocks, 0.1 m apart at rest, the upper one lowered until it would lie `inside` the lower one:
+/// started there, or walked in so many parts.
+fn lips(inside: f64, parts: usize, settings: &Settings) -> Result<Evidence, Failure> {
     let low = kuhn_grid(4, 4, 3, [1.0; 3])?;
     let high = kuhn_grid(3, 3, 2, [0.8, 0.8, 0.7])?;
     let (s, c) = 0.3_f64.sin_cos();
@@ -238,12 +245,18 @@ fn lips(inside: f64, settings: &Settings) -> Result<Evidence, Failure> {
         };
         builder.term(FleshContact::new(&own, &own.boundary().faces, params)?)
     });
-    let down = |p: [f64; 3]| {
+    let down = |share: f64, p: [f64; 3]| {
         let by = if p[2] > 1.05 { 0.1 + inside } else { 0.0 };
-        [p[0], p[1], p[2] - by]
+        [p[0], p[1], p[2] - share * by]
     };
     // Its forces are summed over the pairs of a fresh look.
-    let solved = body.solve_with(body.placed(down, down), &shifted(settings, 400))?;
+    let params = shifted(settings, 400);
+    let solved = if parts == 0 {
+        body.solve_with(body.placed(|p| down(1.0, p), |p| down(1.0, p)), &params)?
+    } else {
+        let to = |share| body.placed(|p| down(share, p), |p| p);
+        body.walk(to, parts, &params)?
+    };
     let heights = |low: bool| {
         let rest = body.mesh().nodes().iter().zip(&solved.positions);
         let of = rest.filter(move |(r, _)| {

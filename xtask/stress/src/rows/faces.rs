@@ -200,8 +200,7 @@ fn twins(settings: &Settings) -> Result<Evidence, Failure> {
         _ => None,
     };
     if let Some(message) = message {
-        let kind = "Outcome".to_owned();
-        return Err(Failure { kind, message });
+        return Err(Failure::new("Outcome", message));
     }
     let (a, b) = (fit.activations[one], fit.activations[two]);
     let apart = Evidence {

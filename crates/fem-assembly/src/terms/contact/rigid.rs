@@ -35,7 +35,9 @@ pub struct RigidContactParams {
     /// The pressure at touch, pascals; four times that at a depth of d̂.
     pub pressure: f64,
     /// How much deeper than at rest a point may be, meters: beyond it the energy is +∞, so that no
-    /// step leads through a thin solid. ∞ for starts from deep inside.
+    /// step leads through a thin solid. ∞ for starts from deep inside; a point that starts past the
+    /// middle of a solid then stays on the far side, for a distance knows no way back: start before
+    /// the solid and walk ([`crate::solve_walking`]).
     pub depth: f64,
 }
 

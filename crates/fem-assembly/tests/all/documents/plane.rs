@@ -64,9 +64,11 @@ fn patch_test(material: impl Material<2> + 'static) {
         .collect();
     let problem = Quasistatic::new(&body, start, vec![]).unwrap();
     let mut x = problem.unknowns();
-    Newton::new(&problem)
-        .solve(&problem, &mut x, &tight(LinearSolver::Auto))
+    let params = tight(LinearSolver::Auto);
+    let info = Newton::new(&problem)
+        .solve(&problem, &mut x, &params)
         .unwrap();
+    crate::promise::kept(&problem, &x, &params, &info, "a patch");
     for (p, q) in rest.iter().zip(problem.positions(&x)) {
         let exact = affine(p);
         let apart = (0..2).fold(0.0_f64, |m, k| m.max((q[k] - exact[k]).abs()));
@@ -138,6 +140,7 @@ fn a_pulled_square_thins_as_the_closed_form_says_with_every_linear_solver() {
             .solve(&problem, &mut x, &tight(solver))
             .unwrap();
         assert!(info.iterations < 12, "{solver:?}: {info:?}");
+        crate::promise::kept(&problem, &x, &tight(solver), &info, &format!("{solver:?}"));
         let shape = problem.positions(&x);
         for (p, q) in body.rest().iter().zip(&shape) {
             let apart = (q[0] - 1.5 * p[0]).abs().max((q[1] - s * p[1]).abs());
