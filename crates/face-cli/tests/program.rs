@@ -1,6 +1,7 @@
 //! The program as its user meets it: exit codes, messages, files.
 
 use face_scenes::Scene;
+use fem_assembly::mesh::{DataArray, MeshFile, kuhn_grid};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -391,4 +392,56 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         &["small.json", "no target \"smile\""],
     );
     assert!(!at.join("bad").exists());
+}
+
+/// Flesh between two plates, of which the jaw's is pushed through the other: flat, so that it cannot
+/// get out of the way.
+const PRESSED: &str = r#"{ "name": "pressed",
+  "face": { "files": {
+    "mesh": "block.vtu", "bones": { "array": "bone", "free": 0, "cranium": 1, "jaw": 2 },
+    "hinge": { "line": { "point": [0, 0.1, 0], "axis": [1, 0, 0] } },
+    "muscles": { "names": { "list": ["pull"] }, "fibers": { "table": "fibers.csv" } } } },
+  "material": { "preset": "soft_tissue" } }"#;
+
+#[test]
+fn a_pose_without_equilibrium_leaves_the_last_state_that_has_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mesh = kuhn_grid(2, 2, 2, [0.08, 0.08, 0.02]).unwrap();
+    let bone = mesh.nodes().iter().map(|x| match x[2] {
+        0.0 => 1,
+        z if z > 0.019 => 2,
+        _ => 0,
+    });
+    let block = MeshFile::from_tets(&mesh).with_point_data(DataArray::integers("bone", bone));
+    block.write(at.join("block.vtu")).unwrap();
+    std::fs::write(
+        at.join("fibers.csv"),
+        "tet,muscle,weight,fx,fy,fz\n0,0,1,0,0,1\n",
+    )
+    .unwrap();
+    std::fs::write(at.join("pressed.json"), PRESSED).unwrap();
+    let shift = |millimeters: &str| {
+        let quiet = ["--pictures", "none", "--write", "obj", "--out", "out"];
+        let pose = ["simulate", "pressed.json", "--jaw-shift", millimeters];
+        face_rig(at, &[&pose[..], &quiet].concat())
+    };
+    let output = shift("0,0,-22");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("last_state.vtu in out"), "{message}");
+    // The flesh, whatever else was asked for, and no pose that was not found.
+    assert_eq!(files(&at.join("out")), ["last_state.vtu"]);
+    let percent = message.split("stuck ").nth(1).unwrap();
+    let percent: f64 = percent.split(' ').next().unwrap().parse().unwrap();
+    assert!((5.0..95.0).contains(&percent), "{message}");
+    let state = MeshFile::read(at.join("out/last_state.vtu")).unwrap();
+    for (x, rest) in state.points.iter().zip(mesh.nodes()) {
+        let plate = -22e-5 * percent;
+        if rest[2] > 0.019 {
+            // Percent are printed to a tenth.
+            assert!((x[2] - rest[2] - plate).abs() < 22e-3 * 1e-3, "{x:?}");
+        }
+        assert!(rest[2] > 0.0 || x == rest, "{x:?}");
+    }
 }

@@ -180,7 +180,8 @@ impl<T: Real, const D: usize> Svd<T, D> {
         for i in 0..D {
             for j in i + 1..D {
                 let (gap, sum) = (self.sigma[j] - self.sigma[i], self.sigma[j] + self.sigma[i]);
-                let (apart, upright) = (rounding.lt(gap.abs()), rounding.lt(sum.abs()));
+                // σᵢ ≥ |σⱼ|, so that the sum has no sign.
+                let (apart, upright) = (rounding.lt(gap.abs()), rounding.lt(sum));
                 exists = exists & apart & upright;
                 let a = T::select(apart, (M.0[i][j] + M.0[j][i]) * half, zero)
                     / T::select(apart, gap, one);

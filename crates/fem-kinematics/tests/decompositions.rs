@@ -121,6 +121,60 @@ fn polar_and_qr<const D: usize>() {
     }
 }
 
+/// A column that depends on those before it is replaced by one at right angles to them, wherever they
+/// point.
+#[test]
+fn a_frame_is_completed_beside_any_axis() {
+    let r = 0.5_f64.sqrt();
+    for first in [
+        [1.0, 0.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [-r, -r, 0.0],
+        [-0.6, 0.0, 0.8],
+    ] {
+        let F = Mat::<f64, 3>::from_fn(|i, j| first[i] * [1.0, -2.0, 0.0][j]);
+        let Qr { Q, R, .. } = signed_qr(&F);
+        check_rotation(&Q, "Q", &F);
+        assert!(largest(&(Q * R - F)) < 1e-15, "{first:?}");
+    }
+    // Beside 1 squares underflow, and a column of zeros leaves no frame to differentiate.
+    let tiny = Mat([
+        [1.0, 0.0, 0.0],
+        [0.0, 1.1e-160, 3e-161],
+        [0.0, 2.3e-161, 1.2e-160],
+    ]);
+    check_rotation(&signed_qr(&tiny).Q, "Q", &tiny);
+    let none = Mat::<f64, 3>::from_diagonal([0.0, 1.0, 2.0]);
+    let change = Mat::identity();
+    assert!(!signed_qr(&none).q_differential(&change).exists);
+    // Of rank one, and only to rounding: two sums of singular values are no numbers to divide by.
+    let mut random = Random(17);
+    for _ in 0..20 {
+        let [u, v]: [[f64; 3]; 2] = std::array::from_fn(|_| std::array::from_fn(|_| random.unit()));
+        assert!(!polar(&Mat::outer(u, v)).unique());
+    }
+}
+
+/// d²R in two directions: the differential of dual numbers against differences of itself.
+#[test]
+fn the_differential_of_a_rotation_has_a_differential() {
+    let mut random = Random(23);
+    for _ in 0..20 {
+        let (F, dF, dG) = (random.tame::<3>(), random.matrix(), random.matrix());
+        let rate = |F: &Mat<f64, 3>| polar(F).rotation_differential(&dG).value;
+        let h = 1e-5;
+        let moved = |t: f64| rate(&(F + dF.scale(t)));
+        let slope = (moved(h) - moved(-h)).scale(0.5 / h);
+        let dual = Mat::<_, 3>::from_fn(|i, j| Dual::new(F.0[i][j], dF.0[i][j]));
+        let fixed = Mat::<_, 3>::from_fn(|i, j| Dual::new(dG.0[i][j], 0.0));
+        let found = polar(&dual).rotation_differential(&fixed).value;
+        let found = Mat::<f64, 3>::from_fn(|i, j| found.0[i][j].derivative);
+        assert!(largest(&(found - slope)) < 1e-8 * (1.0 + largest(&slope)));
+    }
+}
+
 #[test]
 fn polar_and_qr_of_every_kind() {
     polar_and_qr::<2>();

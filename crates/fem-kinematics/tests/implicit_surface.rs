@@ -85,9 +85,21 @@ fn the_distance_is_that_of_the_nearest_point() {
 /// By hand: one place for each kind of nearest point, and membership that is no distance.
 #[test]
 fn distances_by_hand() {
-    let [_, _, cuboid, capsule] = solids()[..] else {
+    let [ball, plane, cuboid, capsule] = solids()[..] else {
         panic!("four solids")
     };
+    // n·x − n·p = 0.6 · 1.2 + 0.8 · 0.4 − 0.04, and 0.8 from the center less the radius.
+    assert!((plane.distance(&[1.2, 7.0, 0.4]) - 1.0).abs() < 1e-15);
+    assert!((ball.distance(&[0.1, 0.6, 0.3]) - 0.1).abs() < 1e-15);
+    // Beyond either end of the capsule, and beside its middle.
+    for (x, expected) in [
+        ([-0.4, 1.1, 0.0], 0.75),
+        ([0.5, -1.2, 0.3], 0.75),
+        ([0.05 + 0.3, -0.05 + 0.9, 0.15], 0.9_f64.hypot(0.3) - 0.25),
+    ] {
+        let found = capsule.distance(&x);
+        assert!((found - expected).abs() < 1e-15, "{x:?}: {found}");
+    }
     // Beyond a corner by (0.3, 0.4, 1.2), an edge by (0.3, 0.4), a face by 0.5; 0.1 inside one.
     let corner = cuboid.distance(&[0.9, 0.8, 1.4]);
     let edge = cuboid.distance(&[0.9, 0.8, 0.0]);
@@ -125,6 +137,23 @@ fn a_normal_has_length_one_everywhere() {
         );
     }
     assert_eq!(ball.curvature(&[0.1, -0.2, 0.3]), Mat::zeros());
+    // At right angles to an axis, wherever that points.
+    for along in [
+        [1.0, 0.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, -2.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [-0.3, -0.2, 0.5],
+    ] {
+        let capsule = ImplicitSurface::Capsule {
+            ends: [[0.0; 3], along],
+            radius: 0.1,
+        };
+        let n = capsule.normal(&along.map(|c| 0.5 * c));
+        let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        assert!((dot(&n, &n) - 1.0).abs() < 1e-14, "{along:?}: {n:?}");
+        assert!(dot(&n, &along).abs() < 1e-14, "{along:?}: {n:?}");
+    }
 }
 
 #[test]

@@ -107,6 +107,14 @@ fn determinants_keep_their_digits() {
         let got = determinant_minus_one(&F);
         assert!((got - expected).abs() <= 4e-16 * p, "{got:e} {expected:e}");
     }
+    // Sixteenths: the products of integers are exact.
+    let G = [[1, -2, 3], [2, 1, -1], [-3, 1, -2]];
+    let F = Mat::from_fn(|i, j| f64::from(u8::from(i == j)) + f64::from(G[i][j]) / 16.0);
+    let [a, b, c] = [0, 1, 2].map(|i: usize| [0, 1, 2].map(|j| G[i][j] + 16 * i32::from(i == j)));
+    let minor = |j: usize, k: usize| b[j] * c[k] - b[k] * c[j];
+    let exact = a[0] * minor(1, 2) - a[1] * minor(0, 2) + a[2] * minor(0, 1) - 4096;
+    assert!(F.0[0][1] != 0.0 && (F - Mat::identity()).norm_squared() < 0.25);
+    assert_eq!(determinant_minus_one(&F), f64::from(exact) / 4096.0);
     let stretched = |x: f64| Mat::from_diagonal([x, 1.0, 1.0]);
     assert_eq!(
         log_determinant(&stretched(1.0 + 2f64.powi(-40))),
@@ -237,6 +245,25 @@ fn identities<const D: usize>() {
         near(A.trace(), values.iter().sum());
         near(A.symmetric_part().determinant(), values.iter().product());
         close(A.cofactor(), gradient(&A, Mat::determinant), 1e-15);
+        let along = Mat::<_, D>::from_fn(|i, j| Dual::new(A.0[i][j], B.0[i][j])).cofactor();
+        let change = Mat::<_, D>::from_fn(|i, j| along.0[i][j].derivative);
+        close(A.cofactor_differential(&B), change, 1e-15);
+        let (mut more, mut less) = (A, A);
+        more += B;
+        less -= B;
+        close(more, A + B, 0.0);
+        close(less + B, A, 1e-15);
+        let svd = signed_svd(&A);
+        close(svd.to_world(&Mat::from_diagonal(svd.sigma)), A, 1e-14);
+        let (u, v) = (B.column(0), Q.column(D - 1));
+        let T = Tensor4::<f64, D>::from_fn(|i, j, k, l| A.0[i][k] + B.0[j][l] * Q.0[i][j]);
+        let sum = Mat::<f64, D>::from_fn(|i, k| {
+            let pairs = (0..D * D).map(|n| (n / D, n % D));
+            pairs
+                .map(|(j, l)| u[j] * v[l] * (A.0[i][k] + B.0[j][l] * Q.0[i][j]))
+                .sum()
+        });
+        close(T.contract(u, v), sum, 1e-14);
         close(
             A.tr_mul(&A.cofactor()),
             Mat::identity().scale(A.determinant()),
@@ -249,6 +276,93 @@ fn identities<const D: usize>() {
 fn linear_algebra_identities() {
     identities::<2>();
     identities::<3>();
+}
+
+/// In closed form: what each filter makes of eigenvalues, one by one, of twins and of matrices.
+#[test]
+fn filters_act_on_eigenvalues() {
+    use HessianProjection::{Absolute, Clamp, None};
+    for (filter, [low, high]) in [
+        (None, [-3.0, 2.0]),
+        (Clamp, [0.0, 2.0]),
+        (Absolute, [3.0, 2.0]),
+    ] {
+        assert_eq!([-3.0, 2.0].map(|v: f64| filter.eigenvalue(v)), [low, high]);
+        // [[α, β], [β, α]] has α + β and α − β.
+        let (alpha, beta) = filter.twin(-0.5, 2.5);
+        assert_eq!((alpha, beta), ((high + low) / 2.0, (high - low) / 2.0));
+        let Q = Random(5).rotation::<3>();
+        let with = |d: [f64; 3]| (Q * Mat::from_diagonal(d)).mul_tr(&Q);
+        let A = with([2.0, 0.5, -3.0]);
+        close(filter.matrix(&A), with([high, 0.5, low]), 1e-14);
+    }
+}
+
+/// Against differences of the functions themselves.
+#[test]
+fn every_function_of_a_dual_number_carries_its_derivative() {
+    type Function = (&'static str, fn(Dual<f64>) -> Dual<f64>);
+    let functions: [Function; 9] = [
+        ("sqrt", |x| x.sqrt()),
+        ("abs", |x| x.abs()),
+        ("ln", |x| x.ln()),
+        ("ln_1p", |x| x.ln_1p()),
+        ("exp", |x| x.exp()),
+        ("exp_m1", |x| x.exp_m1()),
+        ("powf", |x| x.powf(-2.3)),
+        ("recip", |x| x.recip()),
+        ("cube", |x| {
+            let mut cube = x.squared();
+            cube *= x;
+            cube
+        }),
+    ];
+    for (name, f) in functions {
+        for x in [0.3, 1.0, 2.7] {
+            let h = 1e-5;
+            let at = |x: f64| f(Dual::new(x, 0.0)).value;
+            let slope = (at(x + h) - at(x - h)) / (2.0 * h);
+            let found = f(Dual::new(x, 2.0)).derivative / 2.0;
+            assert!(
+                (found - slope).abs() < 1e-8 * (1.0 + slope.abs()),
+                "{name} at {x}"
+            );
+        }
+    }
+    let (small, large) = (Dual::new(1.0, 5.0), Dual::new(2.0, 7.0));
+    assert_eq!((small.min(large), small.max(large)), (small, large));
+    assert_eq!((large.min(small), large.max(small)), (small, large));
+    assert_eq!(Dual::new(-2.0, 3.0).abs(), Dual::new(2.0, -3.0));
+}
+
+/// dλ = vᵀ dA v, of nine rows as projections of Hessians have them.
+#[test]
+fn eigenvalues_of_dual_matrices_carry_their_derivatives() {
+    fn check<const N: usize>() {
+        let mut random = Random(31);
+        let mut symmetric = || {
+            let raw: [[f64; N]; N] =
+                std::array::from_fn(|_| std::array::from_fn(|_| random.unit()));
+            let entry = |i: usize, j: usize| 0.5 * (raw[i][j] + raw[j][i]);
+            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+        };
+        let (A, dA): ([[f64; N]; N], [[f64; N]; N]) = (symmetric(), symmetric());
+        let dual: [[Dual<f64>; N]; N] =
+            std::array::from_fn(|i| std::array::from_fn(|j| Dual::new(A[i][j], dA[i][j])));
+        let (values, V) = jacobi_eigen(&dual);
+        for k in 0..N {
+            let v: [f64; N] = std::array::from_fn(|i| V[i][k].value);
+            let product = |M: &[[f64; N]; N]| -> f64 {
+                let pairs = (0..N * N).map(|n| (n / N, n % N));
+                pairs.map(|(i, j)| v[i] * M[i][j] * v[j]).sum()
+            };
+            assert!((values[k].value - product(&A)).abs() < 1e-13, "{N}");
+            assert!((values[k].derivative - product(&dA)).abs() < 1e-11, "{N}");
+        }
+    }
+    check::<3>();
+    check::<4>();
+    check::<9>();
 }
 
 fn projections<const D: usize, const N: usize>(
@@ -269,6 +383,7 @@ fn projections<const D: usize, const N: usize>(
         let eigen = nalgebra::SymmetricEigen::new(m);
         let mut expected: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
         expected.sort_by(f64::total_cmp);
+        assert_eq!(T.eigenvalues().len(), N);
         for (a, b) in T.eigenvalues().iter().zip(&expected) {
             assert!((a / scale - b).abs() < 1e-14, "{a} {b}");
         }

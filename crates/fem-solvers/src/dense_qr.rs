@@ -99,3 +99,47 @@ impl PivotedQr {
         x
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::PivotedQr;
+
+    fn product(columns: &[[f64; 3]], x: &[f64]) -> [f64; 3] {
+        std::array::from_fn(|i| columns.iter().zip(x).map(|(c, x)| c[i] * x).sum())
+    }
+
+    /// The third column is the sum of the others and the longest: it is taken first, one is left out,
+    /// and what remains of b is at right angles to all three, whatever the unit.
+    #[test]
+    fn dependent_columns_are_left_out_in_every_unit() {
+        let b = [1.0, 2.0, 3.0];
+        for unit in [1.0, 1e-150, 1e150] {
+            let columns = [[1.0, 1e-9, 0.0], [3.0, 1.0, 2.0], [4.0, 1.0 + 1e-9, 2.0]];
+            let columns = columns.map(|c| c.map(|v| v * unit));
+            let qr = PivotedQr::new(columns.as_flattened().to_vec(), 3, 3);
+            assert_eq!((qr.rank(), qr.pivot(0)), (2, 2), "{unit:e}");
+            let x = qr.least_squares(&b);
+            assert_eq!(x.iter().filter(|x| **x == 0.0).count(), 1);
+            let reached = product(&columns, &x);
+            for column in columns {
+                let left: f64 = (0..3).map(|i| column[i] / unit * (b[i] - reached[i])).sum();
+                assert!(left.abs() < 1e-13, "{unit:e}: {left:e}");
+            }
+        }
+        // A small column first must not hide a large one.
+        let qr = PivotedQr::new(vec![1e-20, 0.0, 0.0, 0.0, 1.0, 0.0], 3, 2);
+        assert_eq!((qr.rank(), qr.pivot(0)), (1, 1));
+    }
+
+    /// Nearly along the first axis the reflection goes to the far side, or all digits cancel.
+    #[test]
+    fn a_column_along_the_first_axis_keeps_its_digits() {
+        for sign in [1.0, -1.0] {
+            let qr = PivotedQr::new(vec![sign, 1e-9], 2, 1);
+            let [x] = qr.least_squares(&[0.0, 1.0])[..] else {
+                panic!("one unknown")
+            };
+            assert!((x / 1e-9 - 1.0).abs() < 1e-14, "{x:e}");
+        }
+    }
+}

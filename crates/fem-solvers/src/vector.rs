@@ -63,3 +63,18 @@ pub(crate) fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
 pub(crate) fn first_non_finite(a: &[f64]) -> Option<usize> {
     a.iter().position(|v| !v.is_finite())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::norm_inf;
+
+    #[test]
+    fn what_is_no_number_is_larger_than_all() {
+        assert_eq!(norm_inf(&[1.0, -3.0, 2.0]), 3.0);
+        for place in 0..3 {
+            let mut entries = [1.0, -3.0, f64::INFINITY];
+            entries[place] = f64::NAN;
+            assert!(norm_inf(&entries).is_nan(), "{place}");
+        }
+    }
+}

@@ -144,6 +144,22 @@ fn powers() {
     assert!(ulps(super::powf(1.3, -2.0 / 3.0 - 1.0), 1.3_f64.powf(-5.0 / 3.0)) <= 3.0);
 }
 
+/// (a³)^(n/3) = aⁿ, exact in integers.
+#[test]
+fn every_third_that_is_a_product_of_roots() {
+    for n in -24_i32..=24 {
+        for a in [2.0_f64, 3.0, 5.0] {
+            let p = f64::from(n) / 3.0;
+            let (found, exact) = (super::powf(a * a * a, p), a.powi(n));
+            let error = ulps(found, exact);
+            assert!(
+                error <= 2.0 + 2.0 * p.abs(),
+                "{a}^{n}: {found:e}, {exact:e}"
+            );
+        }
+    }
+}
+
 #[test]
 fn limits() {
     let (inf, nan) = (f64::INFINITY, f64::NAN);

@@ -261,3 +261,95 @@ fn eight_different_muscles_side_by_side() {
         }
     }
 }
+
+/// Simpson's rule from 1 to l, cut at every kink that a curve here has.
+fn integrated(f: impl Fn(f64) -> f64, l: f64) -> f64 {
+    let kinks = [0.4, 0.6, 0.85, 0.9, 1.05, 1.1, 1.2, 1.3, 1.4, 1.45, 1.6];
+    let (low, high) = (l.min(1.0), l.max(1.0));
+    let mut ends = vec![low];
+    ends.extend(kinks.iter().copied().filter(|k| low < *k && *k < high));
+    ends.push(high);
+    let piece = |w: &[f64]| {
+        let (n, h) = (400, (w[1] - w[0]) / 400.0);
+        let weight = |k: usize| [2.0, 4.0][k % 2] - f64::from(u8::from(k == 0 || k == n));
+        // Just inside, where a value jumps.
+        let at = |k: usize| (w[0] + h * k as f64).clamp(w[0] + 1e-14, w[1] - 1e-14);
+        (0..=n).map(|k| weight(k) * f(at(k))).sum::<f64>() * h / 3.0
+    };
+    let sum: f64 = ends.windows(2).map(piece).sum();
+    if l < 1.0 { -sum } else { sum }
+}
+
+/// Stored energies come from integrals: a constant that is wrong on one piece shows in no slope.
+#[test]
+fn integrals_are_those_from_rest_on_every_piece() {
+    fn check(name: &str, curve: &impl TensionCurve) {
+        for l in [
+            0.2, 0.45, 0.5, 0.65, 0.9, 1.02, 1.2, 1.35, 1.5, 1.55, 1.7, 2.0,
+        ] {
+            let active = integrated(|l| curve.active(l).value, l);
+            let passive = integrated(|l| curve.passive(l).value, l);
+            for (found, expected) in [
+                (curve.active(l).integral, active),
+                (curve.passive(l).integral, passive),
+            ] {
+                let error = (found - expected).abs();
+                assert!(
+                    error < 1e-8 * (1.0 + expected.abs()),
+                    "{name} at {l}: {found} {expected}"
+                );
+            }
+        }
+    }
+    check("PhysBAM", &PhysBam::default());
+    check("Blemker", &Blemker::default());
+    check("tendon", &Tendon { toe: 0.05 });
+    check("table", &table());
+}
+
+/// Beyond λ* = 1.4 a passive curve is its tangent there: P₁ (exp(P₂ e) − P₂ e − 1) with e = 0.4, or
+/// without its linear part.
+#[test]
+fn passive_curves_are_straight_where_they_should_be() {
+    let x: f64 = 6.6 * 0.4;
+    let physbam = [0.05 * (x.exp() - x - 1.0), 0.05 * 6.6 * (x.exp() - 1.0)];
+    let blemker = [0.05 * (x.exp() - 1.0), 0.05 * 6.6 * x.exp()];
+    for l in [1.4, 1.5, 2.5, 4.0] {
+        for (point, [value, slope]) in [
+            (PhysBam::default().passive(l), physbam),
+            (Blemker::default().passive(l), blemker),
+        ] {
+            assert!(
+                (point.value / (value + slope * (l - 1.4)) - 1.0).abs() < 1e-13,
+                "{l}"
+            );
+            assert!((point.slope / slope - 1.0).abs() < 1e-13, "{l}");
+        }
+    }
+}
+
+/// Slopes at the knots by hand: weighted harmonic means of the secants inside (Fritsch and Butland
+/// 1984), three-point formulas at the ends, at most three times a secant where the next one turns.
+#[test]
+fn slopes_of_uneven_tables_are_those_of_the_formulas() {
+    let spline = |x: &[f64], y: &[f64]| Spline::new(x, y, Ends::Linear).unwrap();
+    let curve = SplineCurve {
+        active: spline(&[0.6, 0.8, 1.0, 1.5], &[0.0, 1.0, 1.5, 1.7]),
+        passive: spline(&[0.5, 1.0, 1.5], &[0.0, 0.5, -4.5]),
+    };
+    // Secants 5, 2.5 and 0.4; 1.2/(0.6/5 + 0.6/2.5) and 2.1/(1.2/2.5 + 0.9/0.4).
+    for (l, slope) in [
+        (0.6, 6.25_f64),
+        (0.8, 1.2 / 0.36),
+        (1.0, 2.1 / 2.73),
+        (1.5, 0.0),
+    ] {
+        let found = curve.active(l).slope;
+        assert!((found - slope).abs() < 1e-12, "{l}: {found} {slope}");
+    }
+    // Secants 1 and −10: 6.5 is more than three times 1, −15.5 is not more than three times −10.
+    for (l, slope) in [(0.5, 3.0_f64), (1.0, 0.0), (1.5, -15.5)] {
+        let found = curve.passive(l).slope;
+        assert!((found - slope).abs() < 1e-12, "{l}: {found} {slope}");
+    }
+}

@@ -109,6 +109,66 @@ impl ModelVisitor for Names {
     }
 }
 
+/// A model that registers itself no more is missed by nothing that walks through the registry.
+#[test]
+fn every_model_of_the_documents_is_there() {
+    let names = solid_names();
+    for name in [
+        "arap",
+        "corotated",
+        "fiber_isochoric",
+        "fiber_total",
+        "fixed_corotated",
+        "gent",
+        "hgo",
+        "inv_mooney_rivlin",
+        "inv_neo_hookean",
+        "inv_stvk",
+        "linear",
+        "mooney_rivlin",
+        "mooney_rivlin_isochoric",
+        "muscle_isochoric",
+        "muscle_total",
+        "neo_hookean",
+        "ogden",
+        "qr_aniso",
+        "qr_damage",
+        "stable_neo_hookean",
+        "stable_neo_hookean_nolog",
+        "stvk",
+        "volumetric_log",
+        "yeoh",
+    ] {
+        assert!(names.contains(&name), "{name}: {names:?}");
+    }
+}
+
+/// Lengths, not their squares, are held to a thousandth; λ* may be 1, where a curve is straight at once.
+#[test]
+fn directions_and_stretches_at_the_edge_of_what_is_allowed() {
+    let built = |name: &str, value: &str| {
+        let all = [
+            ("curve", "physbam"),
+            ("P1", "0.05"),
+            ("P2", "6.6"),
+            ("lambda_star", "1.4"),
+            ("max_isometric_stress", "3e5"),
+            ("optimal_stretch", "1"),
+            ("alpha", "0.3"),
+            ("a0", "0.6 0 0.8"),
+        ];
+        let given = |(n, v)| (n, if n == name { value } else { v });
+        let parameters = all.into_iter().map(given).collect();
+        with_solid("fiber_total", &parameters, Energy).map(|_| ())
+    };
+    assert_eq!(built("a0", "1.0009 0 0"), Ok(()));
+    assert_eq!(built("a0", "0 0.9991 0"), Ok(()));
+    assert!(built("a0", "1.0011 0 0").is_err());
+    assert!(built("a0", "0 0.9989 0").is_err());
+    assert_eq!(built("lambda_star", "1"), Ok(()));
+    assert!(built("lambda_star", "0.999").is_err());
+}
+
 #[test]
 fn no_two_models_and_no_two_parameters_of_a_model_share_a_name() {
     let mut names = Names::default();

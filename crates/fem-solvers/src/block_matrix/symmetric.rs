@@ -241,3 +241,28 @@ impl<const D: usize> LinearOperator for BlockSymmetric<D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::BlockSymmetric;
+    use crate::BlockPattern;
+    use std::sync::Arc;
+
+    /// |A| |x| of [[2, −3, 0], [−3, 5, 7], [0, 7, −1]] and (4, −10, 0.5).
+    #[test]
+    fn absolute_products_take_no_sign() {
+        let pattern = BlockPattern::from_adjacency(3, [(0, 1), (1, 2)]).unwrap();
+        let mut a = BlockSymmetric::<1>::zeros(Arc::new(pattern));
+        let dense = [[2.0, -3.0, 0.0], [-3.0, 5.0, 7.0], [0.0, 7.0, -1.0]];
+        let (starts, columns) = (
+            a.pattern().row_start().to_vec(),
+            a.pattern().columns().to_vec(),
+        );
+        for i in 0..3 {
+            for k in starts[i]..starts[i + 1] {
+                a.values_mut()[k] = [[dense[i][columns[k] as usize]]];
+            }
+        }
+        assert_eq!(a.absolute_product(&[4.0, -10.0, 0.5]), [38.0, 65.5, 70.5]);
+    }
+}

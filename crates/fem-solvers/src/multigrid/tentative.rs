@@ -125,4 +125,36 @@ mod tests {
         }
         assert_eq!(made.blocks[6], [[0.0; 6]; 3]);
     }
+    /// Far away turns are translations but for their last digits, and small numbers are no zeros.
+    #[test]
+    fn columns_are_orthonormal_far_away_and_in_every_unit() {
+        let members = vec![(0..5).collect()];
+        let aggregates = Aggregates {
+            of_row: vec![0; 5],
+            members,
+        };
+        for (away, unit) in [(1e5, 1.0), (0.0, 1e-30), (0.0, 1e30)] {
+            let mut kernel = motions(5);
+            for row in kernel.iter_mut().flatten() {
+                let [x, y, z] = [row[0], row[1], row[2]];
+                // A translation by (away, away, away) moves where it turns about.
+                row[3] += away * (y - z);
+                row[4] += away * (z - x);
+                row[5] += away * (x - y);
+                row.iter_mut().for_each(|v| *v *= unit);
+            }
+            let made = Tentative::new(&aggregates, &kernel);
+            for a in 0..6 {
+                for b in 0..6 {
+                    let rows = made.blocks.iter().flatten();
+                    let product: f64 = rows.map(|row| row[a] * row[b]).sum();
+                    let expected = f64::from(u8::from(a == b));
+                    assert!(
+                        (product - expected).abs() < 1e-13,
+                        "{away} {unit}: {a} {b}: {product}"
+                    );
+                }
+            }
+        }
+    }
 }

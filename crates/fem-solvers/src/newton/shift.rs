@@ -74,3 +74,35 @@ impl Shift {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ShareRule, Shift};
+
+    /// 0.1, then three times as much to the whole; 0.4 of it after a full step, four times after a
+    /// short one, nothing once it is next to nothing or the end is near.
+    #[test]
+    fn shares_follow_refusals_and_steps() {
+        let rule = ShareRule::FILTER;
+        let near = |shift: Shift, share: f64| (shift.share() - share).abs() < 1e-15;
+        let mut shift = Shift::default();
+        for share in [0.1, 0.3, 0.9, 1.0] {
+            assert!(shift.refused(rule) && near(shift, share), "{shift:?}");
+        }
+        assert!(!shift.refused(rule));
+        shift.stepped(rule, 1.0, 0.9);
+        assert!(near(shift, 0.4), "{shift:?}");
+        shift.stepped(rule, 0.5, 0.9);
+        assert!(near(shift, 0.4), "{shift:?}");
+        shift.stepped(rule, 0.1, 0.9);
+        assert!(near(shift, 1.0), "{shift:?}");
+        // The exact matrix is tried; where that is refused, what there was before.
+        shift.stepped(rule, 1.0, 0.1);
+        assert!(near(shift, 0.0), "{shift:?}");
+        assert!(shift.refused(rule) && near(shift, 0.4), "{shift:?}");
+        for _ in 0..10 {
+            shift.stepped(rule, 1.0, 0.9);
+        }
+        assert_eq!(shift.share(), 0.0);
+    }
+}

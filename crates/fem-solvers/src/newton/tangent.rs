@@ -94,3 +94,47 @@ impl<P: NonlinearProblem<D> + ?Sized, const D: usize> LinearOperator for Product
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{HessianProjection, LinearOperator, NonlinearProblem, Products};
+
+    /// K = diag(2, −3), and with its negative part turned around diag(2, 3).
+    struct Saddle;
+
+    impl NonlinearProblem<1> for Saddle {
+        fn blocks(&self) -> usize {
+            2
+        }
+        fn energy(&self, x: &[f64]) -> f64 {
+            x[0] * x[0] - 1.5 * x[1] * x[1]
+        }
+        fn gradient(&self, x: &[f64], g: &mut [f64]) {
+            g.copy_from_slice(&[2.0 * x[0], -3.0 * x[1]]);
+        }
+        fn hessian_vector(&self, _: &[f64], filter: HessianProjection, v: &[f64], y: &mut [f64]) {
+            let second: f64 = filter.eigenvalue(-3.0);
+            y.copy_from_slice(&[2.0 * v[0], second * v[1]]);
+        }
+    }
+
+    #[test]
+    fn products_are_those_of_the_blend() {
+        for (share, added) in [(0.0, 0.0), (0.25, 0.0), (1.0, 0.0), (0.5, 7.0)] {
+            let products: Products<'_, Saddle, 1> = Products {
+                problem: &Saddle,
+                x: &[0.0; 2],
+                projection: HessianProjection::Absolute,
+                share,
+                added,
+            };
+            let mut y = [0.0; 2];
+            products.apply(&[1.0, 2.0], &mut y);
+            let second = (1.0 - share) * -3.0 + share * 3.0 + added;
+            assert_eq!(y, [2.0 + added, 2.0 * second], "{share} {added}");
+            // |gᵀ K g|/gᵀ g
+            let along = (2.0 + added + 4.0 * second) / 5.0;
+            assert!((products.curvature_along(&[1.0, 2.0]) - along.abs()).abs() < 1e-15);
+        }
+    }
+}

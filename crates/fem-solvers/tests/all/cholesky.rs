@@ -16,6 +16,46 @@ fn residual<const D: usize>(a: &BlockSymmetric<D>, x: &[f64], b: &[f64]) -> f64 
 }
 
 #[test]
+fn rows_that_are_not_there_are_refused() {
+    for pair in [(3, 0), (0, 3), (3, 3)] {
+        assert!(
+            BlockPattern::from_adjacency(3, [(2, 0), pair]).is_err(),
+            "{pair:?}"
+        );
+    }
+}
+
+/// As a preconditioner in `f32` it takes right-hand sides that `f32` does not hold.
+#[test]
+fn a_factor_in_f32_applies_to_tiny_and_huge_vectors() {
+    let a = random_matrix::<3>(2, 7, 2);
+    let symbolic = Arc::new(SymbolicCholesky::new(a.pattern()));
+    let factor = CholeskyFactor::<f32, 3>::factor(&symbolic, &a).unwrap();
+    let b: Vec<f64> = (0..a.dim()).map(|i| (i as f64).sin()).collect();
+    for exponent in [0, -400, 400] {
+        let unit = 2.0_f64.powi(exponent);
+        let scaled: Vec<f64> = b.iter().map(|b| b * unit).collect();
+        let mut x = vec![0.0; b.len()];
+        fem_solvers::Preconditioner::apply(&factor, &scaled, &mut x);
+        let x: Vec<f64> = x.iter().map(|x| x / unit).collect();
+        assert!(residual(&a, &x, &b) < 1e-4, "{exponent}");
+    }
+}
+
+/// A full matrix is one front, n³/3 additions and multiplications.
+#[test]
+fn operations_of_a_full_matrix_are_a_third_of_its_cube() {
+    for blocks in [1, 4, 9] {
+        let all = (0..blocks).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let pattern = Arc::new(BlockPattern::from_adjacency(blocks, all).unwrap());
+        let symbolic = SymbolicCholesky::<3>::new(&pattern);
+        let n = 3.0 * blocks as f64;
+        assert_eq!(symbolic.fronts(), 1);
+        assert!((symbolic.flops() / (n * n * n / 3.0) - 1.0).abs() < 1e-15);
+    }
+}
+
+#[test]
 fn agrees_with_a_dense_cholesky_on_random_matrices() {
     for (seed, blocks, degree) in [(1, 1, 0), (2, 7, 2), (3, 40, 3), (4, 300, 2), (5, 300, 5)] {
         let a = random_matrix::<3>(seed, blocks, degree);

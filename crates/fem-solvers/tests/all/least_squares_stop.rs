@@ -2,8 +2,8 @@
 
 use crate::gauss_newton::{Problem, exponential, linear};
 use fem_solvers::{
-    Bounds, Damping, GaussNewtonFailure, GaussNewtonParams, LeastSquares, gauss_newton,
-    gauss_newton_observed,
+    Bounds, Damping, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop, LeastSquares,
+    gauss_newton, gauss_newton_observed,
 };
 
 #[test]
@@ -50,6 +50,35 @@ impl<P: LeastSquares> LeastSquares for Scaled<P> {
         self.0.jacobian(theta, j)?;
         j.iter_mut().for_each(|j| *j *= self.1);
         Ok(())
+    }
+}
+
+/// θ to (1, 3), of which a bound lets the first go to 0.4 only: started there it is at its end, a
+/// thousandth away it is not, and a start that the bound does not touch is none.
+#[test]
+fn a_start_without_a_free_gradient_is_the_end() {
+    let mut problem = linear(vec![vec![1.0, 0.0], vec![0.0, 1.0]], vec![1.0, 3.0]);
+    let params = GaussNewtonParams {
+        damping: Damping::None,
+        gradient_tolerance: 1e-6,
+        bounds: Some(Bounds {
+            lower: vec![0.0; 2],
+            upper: vec![0.4, 9.0],
+        }),
+        ..Default::default()
+    };
+    for (start, steps) in [([0.4, 3.0], 0), ([0.4, 3.001], 1), ([0.3, 3.0], 1)] {
+        let mut theta = start;
+        let info = gauss_newton(&mut problem, &mut theta, &params).unwrap();
+        assert_eq!(
+            (info.stop, info.iterations),
+            (GaussNewtonStop::Gradient, steps),
+            "{start:?}"
+        );
+        assert!(
+            (theta[0] - 0.4).abs() < 1e-9 && (theta[1] - 3.0).abs() < 1e-9,
+            "{theta:?}"
+        );
     }
 }
 

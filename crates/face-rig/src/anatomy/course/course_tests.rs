@@ -1,4 +1,5 @@
 //! Against lengths, areas and angles in closed form.
+#![allow(non_snake_case)]
 
 use super::line::{cross, dot, norm, sub, unit};
 use super::*;
@@ -80,6 +81,73 @@ fn a_straight_muscle_fills_its_length_times_its_section_and_runs_along_it() {
             }
         }
     }
+}
+
+/// Around a corner a strap keeps its width on both sides, and a sheet may have lines of any points.
+#[test]
+fn a_bent_strap_and_a_sheet_of_uneven_lines_have_the_areas_of_their_drawings() {
+    let mesh = block(4);
+    let corner = [[0.005, 0.02, 0.02], [0.02, 0.02, 0.02], [0.02, 0.035, 0.02]];
+    let strap = Section::Strap {
+        width: 0.006,
+        thickness: 0.001,
+        normal: [0.0, 0.0, 1.0],
+    };
+    // The mitred corner is shorter inside by what it is longer outside.
+    let filling = filled(&course(&[&corner], false, strap), &mesh);
+    close(filling.volume, 0.03 * 6e-6, 1e-12);
+    let sheet = Section::Sheet {
+        thickness: 0.001,
+        rounded: false,
+    };
+    let (low, high) = (
+        [[0.005, 0.01, 0.02], [0.035, 0.01, 0.02]],
+        [[0.005, 0.03, 0.02], [0.01, 0.03, 0.02], [0.035, 0.03, 0.02]],
+    );
+    let filling = filled(&course(&[&low, &high], false, sheet), &mesh);
+    close(filling.volume, 0.03 * 0.02 * 1e-3, 1e-12);
+}
+
+/// Lines that lie on each other: there is no more muscle in an element than the element.
+#[test]
+fn an_element_holds_no_more_than_itself() {
+    let mesh = block(8);
+    let line = [[0.005, 0.0152, 0.0126], [0.035, 0.0151, 0.0127]];
+    let round = Section::Round { radius: 0.008 };
+    let once = filled(&course(&[&line], false, round), &mesh);
+    let twice = filled(&course(&[&line, &line], false, round), &mesh);
+    close(twice.volume, 2.0 * once.volume, 1e-12);
+    let full = twice.shares.iter().filter(|share| share.weight == 1.0);
+    assert!(full.count() > 20);
+    assert!(twice.shares.iter().all(|s| s.weight <= 1.0));
+}
+
+/// A tilted torus: ∫ (ρ − R) dV = π² r⁴/2, for there is more flesh outside of a bend than inside, and
+/// ∫ s² dV = π² R r⁴ about the circle, for the disc does not shrink where its frame is carried along.
+#[test]
+fn a_bundle_that_bends_keeps_its_disc_and_has_more_flesh_outside() {
+    let (R, r, sides) = (0.012, 0.003, 240);
+    let (sin, cos) = 0.7_f64.sin_cos();
+    let axes = [
+        [cos, sin * sin, sin * cos],
+        [0.0, cos, -sin],
+        [-sin, cos * sin, cos * cos],
+    ];
+    let point = |k: usize| {
+        let (s, c) = (2.0 * PI * k as f64 / sides as f64).sin_cos();
+        std::array::from_fn(|i| R * (c * axes[0][i] + s * axes[1][i]))
+    };
+    let line: Vec<[f64; 3]> = (0..sides).map(point).collect();
+    let ring = course(&[&line], true, Section::Round { radius: r });
+    let (mut outside, mut about) = (0.0, 0.0);
+    ring.sweep(2e-4, &mut |sample| {
+        let [x, y, z] = axes.map(|axis| dot(axis, sample.position));
+        let beyond = x.hypot(y) - R;
+        outside += sample.volume * beyond;
+        about += sample.volume * (beyond * beyond + z * z);
+    });
+    close(outside, PI * PI * r.powi(4) / 2.0, 2e-2);
+    close(about, PI * PI * R * r.powi(4), 1e-2);
 }
 
 /// A strap of whole cells: their elements are full, all others empty.
@@ -207,6 +275,19 @@ fn smooth_lines_pass_through_their_points_and_follow_a_circle() {
         assert!(norm(sub(smooth[10 * k], line[k])) < 1e-12);
         let [x, y, _] = smooth[10 * k + 5];
         close(x.hypot(y), middle, 1e-12);
+    }
+    // Chords of 1, 4 and 9: knots 1, 2 and 3 apart. By Hermite's form, half the ends and an eighth of
+    // the difference of their tangents, times the way between knots; beyond the ends points mirrored.
+    let uneven = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 4.0, 0.0], [10.0, 4.0, 0.0]];
+    let middles = [
+        [0.5 + 1.0 / 24.0, -1.0 / 12.0, 0.0],
+        [13.0 / 15.0, 28.0 / 15.0, 0.0],
+        [4.825, 4.45, 0.0],
+    ];
+    let halved = smoothed(&uneven, false, 2);
+    for (k, middle) in middles.into_iter().enumerate() {
+        let found = halved[2 * k + 1];
+        assert!(norm(sub(found, middle)) < 1e-14, "{found:?} {middle:?}");
     }
     let open = smoothed(&line[..3], false, 4);
     assert_eq!((open.len(), open[0], open[8]), (9, line[0], line[2]));
