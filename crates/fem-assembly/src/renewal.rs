@@ -24,6 +24,9 @@ impl<const D: usize> Assembly<D> {
     /// [`AssemblyBuilder::build`](crate::AssemblyBuilder::build) of the new stencils; the assembly is
     /// then no longer usable.
     pub fn renew(&mut self, at: Configuration<D>) -> Result<bool, AssemblyError> {
+        if self.changes() {
+            self.counter.searched();
+        }
         let mut changed = vec![false; self.summands.len()];
         let mut stencils = 0;
         for (index, summand) in self.summands.iter_mut().enumerate() {
@@ -60,7 +63,7 @@ impl<const D: usize> Assembly<D> {
                 }
             }
         }
-        self.free = plan::free(&self.summands, &self.dofs);
+        self.free = plan::free(&mut self.summands, &self.dofs);
         self.free_pieces = plan::pieces(&self.summands, &self.free, true);
         self.prescribed_pieces = plan::pieces(&self.summands, &self.free, false);
         Ok(())

@@ -6,6 +6,7 @@ use super::search::Search;
 use super::surface::Surface;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::evaluations::{StencilCost, StencilKind};
 use crate::mesh::SimplexMesh;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
@@ -143,6 +144,12 @@ fn has(sorted: &[Pair], pair: &Pair) -> bool {
 impl Term<3> for FleshContact {
     fn stencils(&self) -> Stencils {
         Stencils::new(self.pairs.iter().map(|p| p.nodes.map(|n| n as usize)))
+    }
+    fn cost(&self) -> StencilCost {
+        StencilCost {
+            kind: StencilKind::Contact,
+            ..StencilCost::default()
+        }
     }
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
         for s in stencils {
