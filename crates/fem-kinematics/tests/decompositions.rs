@@ -162,7 +162,11 @@ fn a_frame_is_completed_beside_any_axis() {
 fn the_differential_of_a_rotation_has_a_differential() {
     let mut random = Random(23);
     for _ in 0..20 {
-        let (F, dF, dG) = (random.tame::<3>(), random.matrix(), random.matrix());
+        let (F, dF, dG) = (
+            random.tame::<3>(),
+            random.matrix::<3>(),
+            random.matrix::<3>(),
+        );
         let rate = |F: &Mat<f64, 3>| polar(F).rotation_differential(&dG).value;
         let h = 1e-5;
         let moved = |t: f64| rate(&(F + dF.scale(t)));

@@ -109,7 +109,7 @@ fn determinants_keep_their_digits() {
     }
     // Sixteenths: the products of integers are exact.
     let G = [[1, -2, 3], [2, 1, -1], [-3, 1, -2]];
-    let F = Mat::from_fn(|i, j| f64::from(u8::from(i == j)) + f64::from(G[i][j]) / 16.0);
+    let F = Mat::<f64, 3>::from_fn(|i, j| f64::from(u8::from(i == j)) + f64::from(G[i][j]) / 16.0);
     let [a, b, c] = [0, 1, 2].map(|i: usize| [0, 1, 2].map(|j| G[i][j] + 16 * i32::from(i == j)));
     let minor = |j: usize, k: usize| b[j] * c[k] - b[k] * c[j];
     let exact = a[0] * minor(1, 2) - a[1] * minor(0, 2) + a[2] * minor(0, 1) - 4096;

@@ -262,7 +262,9 @@ pub enum NewtonFailure {
         slope: f64,
     },
     /// The start lies outside the domain.
-    #[error("the starting point lies outside the domain: its energy is {energy}; start where it is finite, and go on from there in parts (`follow_path`)")]
+    #[error(
+        "the starting point lies outside the domain: its energy is {energy}; start where it is finite, and go on from there in parts (`follow_path`)"
+    )]
     OutsideDomain {
         /// The energy.
         energy: f64,
