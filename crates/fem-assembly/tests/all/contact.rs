@@ -169,7 +169,7 @@ fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_sam
                 .renew(fresh.configuration(&there, &[]).unwrap())
                 .unwrap();
             let problem = Quasistatic::new(&fresh, there, vec![]).unwrap();
-            let (x, info) = (problem.unknowns(), done.info.clone().unwrap());
+            let (x, info) = (problem.unknowns(), done.info.unwrap());
             crate::promise::kept(&problem, &x, &params, &info, "flesh on flesh");
             let forces =
                 assembly.forces_everywhere(assembly.configuration(&done.positions, &[]).unwrap());
