@@ -96,7 +96,10 @@ pub trait Term<const D: usize>: Send + Sync {
     }
 }
 
-/// The nodes that each stencil of a term couples, the same number for each.
+/// In the place of a node, at the end of a stencil that couples fewer than others.
+pub(crate) const NOBODY: usize = usize::MAX;
+
+/// The nodes that each stencil of a term couples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stencils {
     pub(crate) nodes: Vec<usize>,
@@ -110,6 +113,23 @@ impl Stencils {
         Self {
             nodes: nodes.into_iter().flatten().collect(),
             vertices: V.max(1),
+            batch: 1,
+        }
+    }
+
+    /// Stencil s couples the nodes of the s-th item, one of them at least; they must differ. Every
+    /// stencil takes the room of the largest.
+    pub fn of_sizes<'a>(nodes: impl IntoIterator<Item = &'a [usize]> + Clone) -> Self {
+        let sizes = nodes.clone().into_iter().map(<[usize]>::len);
+        let vertices = sizes.max().unwrap_or(1).max(1);
+        let mut all = Vec::new();
+        for (stencil, own) in nodes.into_iter().enumerate() {
+            all.extend_from_slice(own);
+            all.resize((stencil + 1) * vertices, NOBODY);
+        }
+        Self {
+            nodes: all,
+            vertices,
             batch: 1,
         }
     }

@@ -1,12 +1,13 @@
 //! Flesh against flesh.
 
-use super::geometry::{norm, sub};
+use super::carrier::{Carrier, Spread};
+use super::geometry::{Point, norm, sub};
 use super::pair::Pair;
 use super::search::Search;
 use super::surface::Surface;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
-use crate::mesh::SimplexMesh;
+use crate::mesh::{EmbeddedPoint, SimplexMesh};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
 use fem_materials::HessianProjection;
@@ -48,13 +49,19 @@ impl Default for FleshContactParams {
 /// ends of its partners. d̂ is the pair's own: what was nearer at rest may be as near again, and
 /// ℓ = max(d̂, a quarter of the activation). Twice continuously differentiable; zero at rest.
 ///
+/// The vertices of the surface are nodes, or points that the mesh carries: the skin that is looked at
+/// where the mesh is coarser. Each is moved by the nodes of its element, so a stencil is all nodes that
+/// move the four vertices of a pair.
+///
 /// Its stencils are the pairs that are near, and change: [`solve_renewing`](crate::solve_renewing)
 /// keeps them.
 #[derive(Clone, Debug)]
 pub struct FleshContact {
     search: Search,
+    carrier: Carrier,
     pairs: Vec<Pair>,
-    /// Positions at which the pairs were found, and how far each node may move from there.
+    spreads: Vec<Spread>,
+    /// Where the vertices were when the pairs were found, and how far each may move from there.
     found_at: Vec<[f64; 3]>,
     free_way: Vec<f64>,
 }
@@ -70,6 +77,34 @@ impl FleshContact {
         triangles: &[[u32; 3]],
         params: FleshContactParams,
     ) -> Result<Self, AssemblyError> {
+        Self::carried_by(mesh, Carrier::Nodes, triangles, params)
+    }
+
+    /// `triangles` join `points`, seen counter-clockwise from outside; points without a triangle are
+    /// no matter.
+    ///
+    /// # Errors
+    /// When a point or a node does not exist or a number is not positive.
+    pub fn carried(
+        mesh: &SimplexMesh<3>,
+        points: &[EmbeddedPoint],
+        triangles: &[[u32; 3]],
+        params: FleshContactParams,
+    ) -> Result<Self, AssemblyError> {
+        let count = mesh.num_nodes();
+        let mut nodes = points.iter().flat_map(|p| p.nodes).map(|n| n as usize);
+        if let Some(node) = nodes.find(|&n| n >= count) {
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
+        Self::carried_by(mesh, Carrier::Points(points.to_vec()), triangles, params)
+    }
+
+    fn carried_by(
+        mesh: &SimplexMesh<3>,
+        carrier: Carrier,
+        triangles: &[[u32; 3]],
+        params: FleshContactParams,
+    ) -> Result<Self, AssemblyError> {
         for (what, value) in [
             ("activation", params.activation),
             ("pressure", params.pressure),
@@ -80,11 +115,13 @@ impl FleshContact {
                 return Err(AssemblyError::UnusableContact { what, value });
             }
         }
-        let surface = Surface::new(mesh, triangles, params.neighbors)?;
+        let surface = Surface::new(mesh, &carrier, triangles, params.neighbors)?;
         let mut contact = Self {
             search: Search::new(surface, params),
+            carrier,
             pairs: Vec::new(),
-            found_at: mesh.nodes().to_vec(),
+            spreads: Vec::new(),
+            found_at: Vec::new(),
             free_way: Vec::new(),
         };
         contact.look(mesh.nodes());
@@ -99,30 +136,39 @@ impl FleshContact {
     /// The deepest entry of a surface into another, meters; 0 where there is none. Only the pairs at
     /// hand are looked at.
     pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
-        let depth = |pair: &Pair| match pair.gap(positions) {
+        let depth = |pair: &Pair| match pair.gap(self.at(pair, positions)) {
             (gap, weight) if weight > 0.5 => -gap,
             _ => 0.0,
         };
         self.pairs.iter().map(depth).fold(0.0, f64::max)
     }
 
+    /// The vertices of a pair.
+    fn at(&self, pair: &Pair, positions: &[Point]) -> [Point; 4] {
+        pair.vertices.map(|v| self.carrier.position(v, positions))
+    }
+
     /// Finds pairs; true when there are others than before.
-    fn look(&mut self, positions: &[[f64; 3]]) -> bool {
+    fn look(&mut self, positions: &[Point]) -> bool {
         let margin = self.search.params.margin;
-        let found = self.search.pairs(positions, margin);
-        let known = includes(&self.pairs, &found) && !self.leans_on_others(&found, positions);
+        let positions = self.carrier.positions(positions);
+        let found = self.search.pairs(&positions, margin);
+        let known = includes(&self.pairs, &found) && !self.leans_on_others(&found, &positions);
         if !known {
+            let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
+            self.spreads = found.iter().map(spread).collect();
             self.pairs = found;
         }
         self.found_at = positions.to_vec();
-        self.free_way = vec![0.5 * margin; positions.len()];
+        self.free_way = vec![0.5 * margin; self.found_at.len()];
         !known
     }
 
     /// Does a pair push that is none of those a fresh look has found? Which partners face each other
     /// is decided by a look, so that pairs outlive their reason.
-    fn leans_on_others(&self, found: &[Pair], positions: &[[f64; 3]]) -> bool {
-        let pushes = |pair: &&Pair| pair.energy(positions) > 0.0;
+    fn leans_on_others(&self, found: &[Pair], vertices: &[Point]) -> bool {
+        let at = |pair: &Pair| pair.vertices.map(|v| vertices[v as usize]);
+        let pushes = |pair: &&Pair| pair.energy(at(pair)) > 0.0;
         self.pairs
             .iter()
             .filter(pushes)
@@ -136,25 +182,27 @@ fn includes(many: &[Pair], few: &[Pair]) -> bool {
 }
 
 fn has(sorted: &[Pair], pair: &Pair) -> bool {
-    let key = |p: &Pair| (p.kind, p.nodes);
+    let key = |p: &Pair| (p.kind, p.vertices);
     sorted.binary_search_by_key(&key(pair), key).is_ok()
 }
 
 impl Term<3> for FleshContact {
     fn stencils(&self) -> Stencils {
-        Stencils::new(self.pairs.iter().map(|p| p.nodes.map(|n| n as usize)))
+        Stencils::of_sizes(self.spreads.iter().map(|s| s.nodes.as_slice()))
     }
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
         for s in stencils {
-            sink.energy(s, self.pairs[s].energy(at.positions()));
+            let pair = &self.pairs[s];
+            sink.energy(s, pair.energy(self.at(pair, at.positions())));
         }
     }
     fn gradient(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut GradientSink<3>) {
         for s in stencils {
-            if let Some((energy, gradient)) = self.pairs[s].gradient(at.positions()) {
+            let (pair, spread) = (&self.pairs[s], &self.spreads[s]);
+            if let Some((energy, gradient)) = pair.gradient(self.at(pair, at.positions())) {
                 sink.energy(s, energy);
-                for (vertex, g) in gradient.into_iter().enumerate() {
-                    sink.add(s, vertex, g);
+                for node in 0..spread.nodes.len() {
+                    sink.add(s, node, spread.gradient(node, &gradient));
                 }
             }
         }
@@ -167,14 +215,13 @@ impl Term<3> for FleshContact {
         sink: &mut HessianSink<3>,
     ) {
         for s in stencils {
-            let Some(hessian) = self.pairs[s].hessian(at.positions(), projection) else {
+            let (pair, spread) = (&self.pairs[s], &self.spreads[s]);
+            let Some(hessian) = pair.hessian(self.at(pair, at.positions()), projection) else {
                 continue;
             };
-            for a in 0..4 {
+            for a in 0..spread.nodes.len() {
                 for b in 0..=a {
-                    let entry = |i: usize, j: usize| hessian[3 * a + i][3 * b + j];
-                    let block = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
-                    sink.add(s, a, b, block);
+                    sink.add(s, a, b, spread.block([a, b], &hessian));
                 }
             }
         }
@@ -183,23 +230,28 @@ impl Term<3> for FleshContact {
         true
     }
     fn renew(&mut self, at: Configuration<3>) -> bool {
-        let near = self.search.pairs(at.positions(), 0.0);
-        let moved = |&n: &u32| {
-            let n = n as usize;
-            2.0 * norm(sub(at.positions()[n], self.found_at[n])) > self.free_way[n]
+        let vertices = self.carrier.positions(at.positions());
+        let near = self.search.pairs(&vertices, 0.0);
+        let moved = |&v: &u32| {
+            let v = v as usize;
+            2.0 * norm(sub(vertices[v], self.found_at[v])) > self.free_way[v]
         };
-        let settled = includes(&self.pairs, &near) && !self.leans_on_others(&near, at.positions());
+        let settled = includes(&self.pairs, &near) && !self.leans_on_others(&near, &vertices);
         if settled && !self.search.surface.points.iter().any(moved) {
             return false;
         }
         self.look(at.positions())
     }
-    /// No node may leave the ball in which everything near it was found.
+    /// No vertex may leave the ball in which everything near it was found.
     fn covered_step(&self, at: Configuration<3>, displacement: &[[f64; 3]]) -> f64 {
-        let of = |&n: &u32| {
-            let n = n as usize;
-            let (from, d) = (sub(at.positions()[n], self.found_at[n]), displacement[n]);
-            leaves_ball(from, d, self.free_way[n])
+        let of = |&vertex: &u32| {
+            let v = vertex as usize;
+            let from = sub(
+                self.carrier.position(vertex, at.positions()),
+                self.found_at[v],
+            );
+            let way = self.carrier.position(vertex, displacement);
+            leaves_ball(from, way, self.free_way[v])
         };
         let points = self.search.surface.points.iter();
         points.map(of).fold(f64::INFINITY, f64::min)

@@ -1,5 +1,6 @@
 //! Surfaces of flesh that touch each other, or bones.
 
+mod carrier;
 mod distance;
 mod flesh;
 mod frame;

@@ -19,7 +19,7 @@ pub(crate) struct Search {
     pub params: FleshContactParams,
     rest_triangles: Vec<Point>,
     rest_edges: Vec<Point>,
-    /// Of each node of the mesh: the gap to what faces it at rest where that is less than the
+    /// Of each vertex: the gap to what faces it at rest where that is less than the
     /// activation; negative where it is behind.
     pub clearance: Vec<f64>,
     triangle_tree: BoxTree,
@@ -52,12 +52,12 @@ impl Search {
     }
 
     /// Pairs that feel something in this configuration or would if their partners came nearer by
-    /// `margin`, meters; sorted by kind and nodes.
+    /// `margin`, meters; sorted by kind and vertices.
     pub fn pairs(&mut self, positions: &[Point], margin: f64) -> Vec<Pair> {
         let mut pairs = self.looked(positions, margin, &|search, look, kind, a, b| {
             search.candidate(look, kind, a, b)
         });
-        pairs.sort_unstable_by_key(|p| (p.kind, p.nodes));
+        pairs.sort_unstable_by_key(|p| (p.kind, p.vertices));
         pairs
     }
 
@@ -101,8 +101,8 @@ impl Search {
         let FleshContactParams { depth, margin, .. } = self.params;
         let found = self.looked(rest, margin, &|search, look, kind, a, b| {
             let pair = search.facing(look, kind, a, b)?;
-            let (gap, weight) = pair.gap(look.positions);
-            let x = pair.nodes.map(|n| look.positions[n as usize]);
+            let x = pair.vertices.map(|n| look.positions[n as usize]);
+            let (gap, weight) = pair.gap(x);
             let clearance = if weight > 0.0 {
                 gap
             } else if kind == Kind::Point {
@@ -110,10 +110,10 @@ impl Search {
             } else {
                 segment_distance([x[0], x[1]], [x[2], x[3]])
             };
-            (clearance >= -depth - margin).then_some((pair.nodes, clearance))
+            (clearance >= -depth - margin).then_some((pair.vertices, clearance))
         });
-        for (nodes, clearance) in found {
-            for n in nodes {
+        for (vertices, clearance) in found {
+            for n in vertices {
                 let known = &mut self.clearance[n as usize];
                 *known = known.min(clearance);
             }
@@ -122,7 +122,7 @@ impl Search {
 
     fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
         let pair = self.facing(look, kind, a, b)?;
-        let x = pair.nodes.map(|n| look.positions[n as usize]);
+        let x = pair.vertices.map(|n| look.positions[n as usize]);
         let (gap, shares, sizes) = if pair.kind == Kind::Point {
             on_triangle(x)
         } else {
@@ -212,16 +212,16 @@ impl Search {
         distance <= 2.0 * (self.params.depth + self.params.margin)
     }
 
-    fn pair(&self, nodes: [u32; 4], kind: Kind, area: f64) -> Pair {
+    fn pair(&self, vertices: [u32; 4], kind: Kind, area: f64) -> Pair {
         let FleshContactParams {
             activation,
             pressure,
             ..
         } = self.params;
         let least = |d: f64, &n: &u32| d.min(self.clearance[n as usize]);
-        let own = nodes.iter().fold(activation, least);
+        let own = vertices.iter().fold(activation, least);
         Pair {
-            nodes,
+            vertices,
             kind,
             force: pressure * area,
             activation: own,

@@ -1,5 +1,6 @@
 //! A surface that may touch itself: its points, triangles and edges with what stays as it is at rest.
 
+use super::carrier::Carrier;
 use super::geometry::{Aabb, Point, add, cross, norm, scale, solid_angle, sub, unit};
 use crate::error::AssemblyError;
 use crate::mesh::SimplexMesh;
@@ -13,28 +14,29 @@ pub(crate) struct Edge {
     pub triangles: [u32; 2],
 }
 
-/// Triangles seen counter-clockwise from outside, and what belongs to them.
+/// Triangles seen counter-clockwise from outside, and what belongs to them. Vertices are the nodes of
+/// the mesh, or points carried by it.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     pub rest: Vec<Point>,
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<Edge>,
-    /// Its nodes, ascending.
+    /// Its vertices, ascending.
     pub points: Vec<u32>,
-    /// Of each node of the mesh: a third of the triangles around it at rest, m².
+    /// Of each vertex: a third of the triangles around it at rest, m².
     pub area: Vec<f64>,
     /// Of each edge: a third of the triangles beside it at rest, m².
     pub edge_area: Vec<f64>,
-    /// Of each node of the mesh: the nodes of the surface within a few edges, ascending.
+    /// Of each vertex: the vertices within a few edges, ascending.
     near: Vec<Vec<u32>>,
-    /// Of each node of the mesh: does it lie inside flesh at rest?
+    /// Of each vertex: does it lie inside other flesh at rest?
     pub buried: Vec<bool>,
 }
 
 /// Outward unit normals in some configuration.
 pub(crate) struct Normals {
     pub triangles: Vec<Point>,
-    /// Of every node of the mesh; 0 off the surface.
+    /// Of every vertex; 0 where it has no triangle.
     pub nodes: Vec<Point>,
     pub edges: Vec<Point>,
 }
@@ -42,10 +44,12 @@ pub(crate) struct Normals {
 impl Surface {
     pub fn new(
         mesh: &SimplexMesh<3>,
+        carrier: &Carrier,
         triangles: &[[u32; 3]],
         neighbors: usize,
     ) -> Result<Self, AssemblyError> {
-        let (rest, count) = (mesh.nodes().to_vec(), mesh.num_nodes());
+        let rest = carrier.positions(mesh.nodes()).into_owned();
+        let count = rest.len();
         let named = triangles.as_flattened().iter();
         if let Some(&node) = named.clone().find(|&&n| n as usize >= count) {
             let node = node as usize;
@@ -74,25 +78,31 @@ impl Surface {
             points,
             area,
         };
-        surface.buried = surface.buried_nodes(mesh);
+        surface.buried = surface.buried_vertices(mesh, carrier);
         Ok(surface)
     }
 
-    /// The winding number of the whole boundary says it: about ½ on a surface, 1 more inside.
-    fn buried_nodes(&self, mesh: &SimplexMesh<3>) -> Vec<bool> {
+    /// The winding number of the whole boundary says it: about ½ on a surface, 1 more inside. Points
+    /// that are carried lie a little on either side of it.
+    fn buried_vertices(&self, mesh: &SimplexMesh<3>, carrier: &Carrier) -> Vec<bool> {
         let mut buried = vec![false; self.rest.len()];
         let faces = mesh.boundary().faces;
-        let winding = |&node: &u32| {
-            let p = self.rest[node as usize];
-            let around = faces.iter().filter(|f| !f.contains(&node));
+        let most = match carrier {
+            Carrier::Nodes => 1.0,
+            Carrier::Points(_) => 1.5,
+        };
+        let winding = |&vertex: &u32| {
+            let p = self.rest[vertex as usize];
+            let own = |f: &[u32; 3]| matches!(carrier, Carrier::Nodes) && f.contains(&vertex);
+            let around = faces.iter().filter(|f| !own(f));
             let angle: f64 = around
-                .map(|f| solid_angle(p, self.corners(&self.rest, f)))
+                .map(|f| solid_angle(p, self.corners(mesh.nodes(), f)))
                 .sum();
             angle / (4.0 * std::f64::consts::PI)
         };
         let windings: Vec<f64> = map(self.points.iter().collect(), winding);
-        for (&node, winding) in self.points.iter().zip(windings) {
-            buried[node as usize] = winding > 1.0;
+        for (&vertex, winding) in self.points.iter().zip(windings) {
+            buried[vertex as usize] = winding > most;
         }
         buried
     }
