@@ -14,6 +14,10 @@ use std::sync::Arc;
 
 /// How much of the way that the stencils cover is gone.
 const SAFE: f64 = 0.95;
+/// A step of which what is covered is so many times longer is one of the last.
+const NEAR_THE_END: f64 = 10.0;
+/// Looks at which stencils without a reason leave; from then on they stay, so that energies fall.
+const MOST_LOOKS: usize = 20;
 /// Rounds at one converged state: two sets of stencils that call for each other must end.
 const MOST_ROUNDS: usize = 8;
 
@@ -70,6 +74,9 @@ struct Renewing<'a, const D: usize> {
     controls: &'a [f64],
     renewals: Cell<usize>,
     analyses: Cell<usize>,
+    looks: Cell<usize>,
+    /// Was the last step one of the last?
+    ends: Cell<bool>,
     failed: RefCell<Option<AssemblyError>>,
 }
 
@@ -155,6 +162,8 @@ fn part<const D: usize>(
         controls,
         renewals: Cell::new(0),
         analyses: Cell::new(0),
+        looks: Cell::new(0),
+        ends: Cell::new(false),
         failed: RefCell::new(None),
     };
     let mut first = None;
@@ -203,15 +212,24 @@ impl<const D: usize> Renewing<'_, D> {
         ))
     }
 
-    /// Looks for stencils along a step; true when they changed.
-    fn looks_along(&self, x: &[f64], dx: &[f64]) -> Result<bool, AssemblyError> {
+    /// Looks for stencils at the start of a step, and along it where they do not reach; true when they
+    /// changed.
+    fn looks(&self, x: &[f64], dx: &[f64], along: bool) -> Result<bool, AssemblyError> {
         let positions = self.asked(|p| p.positions(x));
         let mut displacement = vec![[0.0; D]; positions.len()];
         let mut assembly = self.assembly.borrow_mut();
         assembly.dofs().scatter(dx, &mut displacement);
         let before = assembly.pattern().clone();
         let at = Configuration::trusted(&positions, self.controls);
-        let changed = assembly.renew_along(at, &displacement)?;
+        let looks = self.looks.get();
+        let mut changed = false;
+        if looks < MOST_LOOKS {
+            changed = assembly.renew(at)?;
+            self.looks.set(looks + 1);
+        }
+        if along {
+            changed |= assembly.renew_along(at, &displacement)?;
+        }
         let analyses = usize::from(!Arc::ptr_eq(&before, assembly.pattern()));
         self.analyses.set(self.analyses.get() + analyses);
         self.renewals
@@ -252,10 +270,16 @@ impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
         self.asked(|p| p.one_sided_hessian(x, projection, share, out));
     }
     fn prepare(&self, x: &[f64], dx: &[f64]) -> bool {
-        if self.asked(|p| SAFE * p.covered_step(x, dx)) >= 1.0 {
+        let covered = SAFE * self.asked(|p| p.covered_step(x, dx));
+        let along = !(covered >= 1.0);
+        // What the end will ask for is cheaper to have before the last steps than after them.
+        let ends = covered >= NEAR_THE_END && covered < f64::INFINITY;
+        let asks = along || (ends && !self.ends.get());
+        self.ends.set(ends);
+        if !asks {
             return false;
         }
-        self.looks_along(x, dx).unwrap_or_else(|error| {
+        self.looks(x, dx, along).unwrap_or_else(|error| {
             // No step leads on from here: `largest_step` sees to it.
             self.failed.replace(Some(error));
             false

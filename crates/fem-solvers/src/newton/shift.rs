@@ -9,6 +9,8 @@ pub(super) struct Shift {
     before: f64,
     /// How much of the negative curvature of parts that act on one side alone is left out.
     one_sided: f64,
+    /// Steps for which that does not fall: what was just refused is not tried again at once.
+    held: u8,
 }
 
 /// How shares follow success and failure.
@@ -50,7 +52,9 @@ impl Shift {
         share: 0.0,
         before: 0.0,
         one_sided: 1.0,
+        held: 0,
     };
+    const HELD: u8 = 2;
     /// What the share of one-sided parts falls to after a full step, and grows by after a refusal.
     const ONE_SIDED_DECAY: f64 = 0.3;
     const ONE_SIDED_GROWTH: f64 = 10.0;
@@ -70,6 +74,7 @@ impl Shift {
         let all = self.one_sided >= 1.0;
         let more = Self::ONE_SIDED_GROWTH * self.one_sided;
         self.one_sided = more.clamp(2.0 * Self::ONE_SIDED_LEAST, 1.0);
+        self.held = Self::HELD;
         !all
     }
 
@@ -92,12 +97,14 @@ impl Shift {
     /// `gradient` of the gradient.
     pub fn stepped(&mut self, rule: ShareRule, t: f64, gradient: f64) {
         self.before = 0.0;
-        if t >= 1.0 {
+        if self.held > 0 {
+            self.held -= 1;
+        } else if t >= 1.0 {
             self.one_sided *= Self::ONE_SIDED_DECAY;
         } else if t < 0.3 && self.one_sided > 0.0 {
             self.one_sided = (Self::ONE_SIDED_GROWTH * self.one_sided).min(1.0);
         }
-        if self.one_sided < Self::ONE_SIDED_LEAST || gradient <= Self::AT_ONCE {
+        if self.one_sided < Self::ONE_SIDED_LEAST || (self.held == 0 && gradient <= Self::AT_ONCE) {
             self.one_sided = 0.0;
         }
         if t == 1.0 && gradient <= Self::CLOSE {
