@@ -15,7 +15,7 @@ use fem_materials::HessianProjection;
 use std::ops::Range;
 
 /// The longest way along which pairs are looked for, in margins.
-const LONGEST: f64 = 4.0;
+const LONGEST: f64 = 8.0;
 
 /// Which pairs stay when pairs are looked for.
 #[derive(Clone, Copy, PartialEq)]
