@@ -2,6 +2,7 @@
 
 mod contact;
 mod derivatives;
+mod evaluations;
 mod free_parts;
 mod hertz;
 mod incompressible;
