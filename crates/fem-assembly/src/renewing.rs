@@ -279,7 +279,7 @@ impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
         let covered = SAFE * self.asked(|p| p.covered_step(x, dx));
         let along = !(covered >= 1.0);
         // What the end will ask for is cheaper to have before the last steps than after them.
-        let ends = covered >= NEAR_THE_END && covered < f64::INFINITY;
+        let ends = (NEAR_THE_END..f64::INFINITY).contains(&covered);
         let early = ends && !self.ends.get() && self.early.get() > 0;
         self.ends.set(ends);
         if !(along || early) {

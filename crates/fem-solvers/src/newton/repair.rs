@@ -117,7 +117,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
         let (Some(own), Some(other)) = (&self.matrix, problem.pattern()) else {
             return;
         };
-        if !Arc::ptr_eq(own.pattern(), &other) {
+        if !(Arc::ptr_eq(own.pattern(), &other) || **own.pattern() == *other) {
             let shift = self.shift;
             self.renew(problem);
             self.shift = shift;

@@ -105,7 +105,7 @@ impl NonlinearProblem<2> for Ball {
 }
 
 #[test]
-fn far_from_the_end_no_factorization_is_refused_and_the_end_is_exact() {
+fn far_from_the_end_few_factorizations_are_refused_and_the_end_is_exact() {
     let told = Ball::new(true);
     let (x, info) = told.solve();
     let (other, blind) = Ball::new(false).solve();
