@@ -111,11 +111,9 @@ fn far_from_the_end_few_factorizations_are_refused_and_the_end_is_exact() {
     let (other, blind) = Ball::new(false).solve();
     // The first matrix is indefinite as it stands: across the normal −40 · 0.7² / 0.3 + 1.
     assert!(blind.factorizations > blind.iterations, "{blind:?}");
-    assert_eq!(info.factorizations, info.iterations, "{info:?}");
-    assert!(
-        info.factorizations < blind.factorizations,
-        "{info:?} {blind:?}"
-    );
+    let refused = |info: &NewtonInfo| info.factorizations - info.iterations;
+    assert!(refused(&info) <= 1, "{info:?}");
+    assert!(refused(&info) < refused(&blind), "{info:?} {blind:?}");
     assert_eq!(told.prepared.get(), info.iterations);
     // On the ray of the spring's home, where the push and the spring are equal.
     for x in [&x, &other] {
