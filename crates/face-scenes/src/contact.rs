@@ -2,6 +2,7 @@
 
 use super::defect::{ContactDefect, Location};
 use super::load::Place;
+use super::touching::{self, FleshSpec, SkinOf, Touching};
 use super::{SceneError, json};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
@@ -37,9 +38,9 @@ pub struct ContactSpec {
     /// Distance of the samples of triangle surfaces, in the scene's unit; 1 mm by default.
     #[serde(default)]
     pub spacing: Option<f64>,
-    /// Does flesh push flesh away? Not by default.
+    /// Whether flesh pushes flesh away, and with which surface; not by default.
     #[serde(default)]
-    pub flesh: bool,
+    pub flesh: FleshSpec,
 }
 
 /// A rigid solid.
@@ -122,8 +123,8 @@ pub struct Contact {
     pub params: RigidContactParams,
     /// How surfaces of flesh push each other, if they do.
     pub flesh: Option<FleshContactParams>,
-    /// The faces of the boundary that flesh touches with; empty for all.
-    pub touching: Vec<[u32; 3]>,
+    /// What they push with.
+    pub touching: Touching,
 }
 
 /// A rigid solid in its place at rest.
@@ -137,7 +138,11 @@ pub struct Solid {
     pub bounds: [[f64; 3]; 2],
 }
 
-pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneError> {
+pub(super) fn load(
+    place: &Place,
+    spec: &ContactSpec,
+    skin: &SkinOf,
+) -> Result<Contact, SceneError> {
     let defaults = RigidContactParams::default();
     let length = |given: Option<f64>, otherwise: f64| given.map_or(otherwise, |v| v * place.scale);
     let params = RigidContactParams {
@@ -170,12 +175,12 @@ pub(super) fn load(place: &Place, spec: &ContactSpec) -> Result<Contact, SceneEr
             bounds,
         }));
     }
-    let flesh = spec.flesh.then(FleshContactParams::default);
+    let (flesh, touching) = touching::load(place, &spec.flesh, skin)?;
     Ok(Contact {
         solids,
         params,
         flesh,
-        touching: Vec::new(),
+        touching,
     })
 }
 
@@ -329,13 +334,13 @@ impl Contact {
             }
         }
         match self.flesh {
-            Some(params) => {
-                let faces = match self.touching.as_slice() {
-                    [] => &faces,
-                    some => some,
-                };
-                builder.term(FleshContact::new(mesh, faces, params)?)
-            }
+            Some(params) => builder.term(match &self.touching {
+                Touching::Boundary => FleshContact::new(mesh, &faces, params)?,
+                Touching::Faces(some) => FleshContact::new(mesh, some, params)?,
+                Touching::Carried { points, triangles } => {
+                    FleshContact::carried(mesh, points, triangles, params)?
+                }
+            }),
             None => Ok(builder),
         }
     }

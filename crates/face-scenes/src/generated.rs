@@ -3,6 +3,7 @@
 use super::contact::{self, Contact, Solid};
 use super::defect::Defect;
 use super::load::{Flesh, Place};
+use super::touching::Touching;
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::{BuiltinFace, Tissue};
 use face_rig::anatomy::{Bone, Bones, CondylarPath, FiberField, JawJoint, JointLimits, Muscle};
@@ -97,7 +98,7 @@ fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
             depth: LIP_DEPTH,
             ..FleshContactParams::default()
         }),
-        touching: lips,
+        touching: Touching::Faces(lips),
     })
 }
 

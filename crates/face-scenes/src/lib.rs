@@ -83,7 +83,8 @@
 //!   Each has a `name` to set it by and may have a `range` that a fit varies it in; see below.
 //! * `inversion`: `"barred"` (default) or `"allowed"`, whether elements may end inside out where the
 //!   material lets them ([`Inversion`]).
-//! * `contact`: what flesh may not enter, and with `"flesh": true` itself ([`ContactSpec`]):
+//! * `contact`: what flesh may not enter, and with `"flesh": true` or `"flesh": { "surface": "skin",
+//!   "near": { "landmarks": [48, 54], "within": 0.02 } }` itself ([`ContactSpec`], [`TouchingSpec`]):
 //!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
 //!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
 //!   `sphere`, `capsule`, `box` or `half_space`.
@@ -191,6 +192,7 @@ mod reactions;
 mod rig;
 mod table;
 mod targets;
+mod touching;
 mod warning;
 
 pub use alignment::Suspicion;
@@ -215,6 +217,7 @@ pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial
 pub use outcome::{ImpossiblePose, Outcome, Unfinished};
 pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
+pub use touching::{FleshSpec, NearSpec, SurfaceOfFlesh, Touching, TouchingSpec};
 pub use warning::Warning;
 
 use defect::TargetDefect;

@@ -8,6 +8,7 @@ use super::format::{
 };
 use super::influences::{self, Ground};
 use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
+use super::touching::SkinOf;
 use super::{
     Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
 };
@@ -94,10 +95,15 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
     scene.inversion = file.inversion;
-    if let Some(spec) = &file.contact {
-        scene.contact = contact::load(&place, spec)?;
-    }
     scene.skin = skin.or(scene.skin);
+    if let Some(spec) = &file.contact {
+        let of = SkinOf {
+            skin: scene.skin.as_ref(),
+            landmarks: &scene.landmarks,
+            rest: scene.mesh.nodes(),
+        };
+        scene.contact = contact::load(&place, spec, &of)?;
+    }
     scene.targets = targets;
     if let Some(spec) = file.targets {
         scene.identities = spec.identities;

@@ -155,7 +155,7 @@ impl<const D: usize> Assembly<D> {
         let stencils = || {
             self.summands
                 .iter()
-                .flat_map(|s| s.stencils.nodes.chunks_exact(s.stencils.vertices))
+                .flat_map(|s| (0..s.stencils.count()).map(|k| s.stencils.nodes_of(k)))
         };
         let is_free = |n: &&usize| self.dofs.row(**n).is_some();
         for nodes in stencils() {

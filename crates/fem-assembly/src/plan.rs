@@ -8,7 +8,7 @@ use crate::dofs::{Dofs, PRESCRIBED};
 use crate::error::AssemblyError;
 use crate::evaluations::StencilCost;
 use crate::sink::{NONE, TRANSPOSED, pair};
-use crate::term::{Stencils, Term};
+use crate::term::{NOBODY, Stencils, Term};
 use fem_solvers::BlockPattern;
 use fem_solvers::parallel;
 use std::ops::Range;
@@ -70,17 +70,22 @@ pub(crate) struct Piece {
 }
 
 impl Stencils {
-    fn nodes_of(&self, stencil: usize) -> &[usize] {
-        &self.nodes[stencil * self.vertices..(stencil + 1) * self.vertices]
+    pub(crate) fn nodes_of(&self, stencil: usize) -> &[usize] {
+        let all = &self.nodes[stencil * self.vertices..(stencil + 1) * self.vertices];
+        let count = all.iter().position(|&n| n == NOBODY);
+        &all[..count.unwrap_or(all.len())]
     }
 
     /// Every node exists, and none twice in a stencil.
     pub(crate) fn check(&self, term: usize, count: usize) -> Result<(), AssemblyError> {
-        if let Some(&node) = self.nodes.iter().find(|&&n| n >= count) {
-            return Err(AssemblyError::NoSuchNode { node, count });
-        }
         for stencil in 0..self.count() {
             let nodes = self.nodes_of(stencil);
+            let padded = &self.nodes[stencil * self.vertices..][nodes.len()..self.vertices];
+            let mut nobody = padded.iter().filter(|&&n| n != NOBODY || nodes.is_empty());
+            let unknown = nodes.iter().find(|&&n| n >= count);
+            if let Some(&node) = unknown.or(nobody.next()) {
+                return Err(AssemblyError::NoSuchNode { node, count });
+            }
             for (a, &node) in nodes.iter().enumerate() {
                 if nodes[..a].contains(&node) {
                     return Err(AssemblyError::RepeatedNode {
@@ -265,6 +270,9 @@ pub(crate) fn work<const D: usize>(
                         .push(place.map_or(NONE, |p| (p - first_value) as u32 | mark));
                 }
             }
+            let known = work.owned.len();
+            work.rows.resize(known * stencils.vertices, NONE);
+            work.places.resize(known * pair(stencils.vertices, 0), NONE);
         }
     }
     // The last batch may not be full.

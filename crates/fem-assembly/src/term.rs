@@ -80,6 +80,19 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
+    /// The same for everywhere that a step by `displacement` leads, before the step is taken: what
+    /// has an energy at `at` keeps it. Left out, what [`Term::renew`] finds where the step starts,
+    /// and [`Term::covered_step`] says how far that reaches.
+    fn renew_along(&mut self, at: Configuration<D>, _displacement: &[[f64; D]]) -> bool {
+        self.renew(at)
+    }
+
+    /// Does the term push on one side alone, as contact does? Its curvature then holds for a part of a
+    /// step only, and far from a solution steps are better without the negative part of it.
+    fn one_sided(&self) -> bool {
+        false
+    }
+
     /// May [`Term::renew`] ever change the stencils?
     fn changes(&self) -> bool {
         false
@@ -102,7 +115,10 @@ pub trait Term<const D: usize>: Send + Sync {
     }
 }
 
-/// The nodes that each stencil of a term couples, the same number for each.
+/// In the place of a node, at the end of a stencil that couples fewer than others.
+pub(crate) const NOBODY: usize = usize::MAX;
+
+/// The nodes that each stencil of a term couples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stencils {
     pub(crate) nodes: Vec<usize>,
@@ -116,6 +132,23 @@ impl Stencils {
         Self {
             nodes: nodes.into_iter().flatten().collect(),
             vertices: V.max(1),
+            batch: 1,
+        }
+    }
+
+    /// Stencil s couples the nodes of the s-th item, one of them at least; they must differ. Every
+    /// stencil takes the room of the largest.
+    pub fn of_sizes<'a>(nodes: impl IntoIterator<Item = &'a [usize]> + Clone) -> Self {
+        let sizes = nodes.clone().into_iter().map(<[usize]>::len);
+        let vertices = sizes.max().unwrap_or(1).max(1);
+        let mut all = Vec::new();
+        for (stencil, own) in nodes.into_iter().enumerate() {
+            all.extend_from_slice(own);
+            all.resize((stencil + 1) * vertices, NOBODY);
+        }
+        Self {
+            nodes: all,
+            vertices,
             batch: 1,
         }
     }

@@ -61,6 +61,10 @@ pub struct RigParams {
     /// Whether equilibria are found with conjugate gradients on a multigrid hierarchy in place of
     /// [`NewtonParams::linear_solver`]; derivatives are factored in any case.
     pub multigrid: MultigridUse,
+    /// Flops of a factorization above which [`LinearSolver::DirectSingle`] stands in for
+    /// [`LinearSolver::Direct`]: its factor serves later steps and neighboring poses as long as a few
+    /// conjugate gradient iterations on it suffice. ∞ for never.
+    pub keeps_factor_above: f64,
 }
 
 /// When a rig uses [`MultigridDirection`].
@@ -92,6 +96,8 @@ impl Default for RigParams {
             refuses_inverted: false,
             // A fit factors every pose for its derivatives, which also predicts the next.
             multigrid: MultigridUse::Never,
+            // A factor of less is made in the time of three iterations on an old one.
+            keeps_factor_above: 2e9,
         }
     }
 }
@@ -132,7 +138,11 @@ impl Rig {
     /// # Errors
     /// When a jaw node is not among the prescribed ones; [`RigError::Free`] when nothing holds a part of
     /// the flesh.
-    pub fn new(assembly: Assembly<3>, jaw: &[usize], params: RigParams) -> Result<Self, RigError> {
+    pub fn new(
+        assembly: Assembly<3>,
+        jaw: &[usize],
+        mut params: RigParams,
+    ) -> Result<Self, RigError> {
         let expected = assembly.rest().len();
         for &node in jaw {
             if node >= expected || assembly.dofs().row(node).is_some() {
@@ -153,6 +163,11 @@ impl Rig {
         }
         let problem = Quasistatic::new(&assembly, rest.clone(), parameters.activations.clone())?;
         let mut newton = Newton::new(&problem);
+        if params.newton.linear_solver == LinearSolver::Direct
+            && (newton.symbolic()).is_some_and(|s| s.flops() > params.keeps_factor_above)
+        {
+            params.newton.linear_solver = LinearSolver::DirectSingle;
+        }
         let multigrid = match params.multigrid {
             MultigridUse::Always => true,
             MultigridUse::Never => false,

@@ -21,6 +21,21 @@ pub enum ContactDefect {
         /// The label.
         label: i64,
     },
+    /// No surface to touch with.
+    #[error("there is no skin: it comes with \"targets.dense\"")]
+    NoSkin,
+    /// A part of something that is no skin.
+    #[error("\"near\" chooses a part of the skin; give \"surface\": \"skin\" with it")]
+    NearOnSkinAlone,
+    /// A landmark that the scene does not have.
+    #[error("the scene has no landmark {index}")]
+    NoLandmark {
+        /// Its index.
+        index: u32,
+    },
+    /// A choice without a triangle.
+    #[error("no triangle of the skin has all corners so near to these landmarks")]
+    NothingNear,
     /// A form that has no distance.
     #[error(transparent)]
     Form(#[from] UnusableSurface),

@@ -1,17 +1,31 @@
 //! Flesh against flesh.
 
-use super::geometry::{norm, sub};
-use super::pair::Pair;
+use super::carrier::{Carrier, Spread};
+use super::geometry::Point;
+use super::pair::{Kind, Pair};
 use super::search::Search;
 use super::surface::Surface;
+use super::way::Way;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
 use crate::evaluations::{StencilCost, StencilKind};
-use crate::mesh::SimplexMesh;
+use crate::mesh::{EmbeddedPoint, SimplexMesh};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
 use fem_materials::HessianProjection;
 use std::ops::Range;
+
+/// The longest way along which pairs are looked for, in margins.
+const LONGEST: f64 = 8.0;
+
+/// Which pairs stay when pairs are looked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Kept {
+    /// Those that are found.
+    Found,
+    /// Those that push as well, so that the energy at the start of a step stays as it is.
+    Pushing,
+}
 
 /// How surfaces of flesh push each other away.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +36,8 @@ pub struct FleshContactParams {
     pub pressure: f64,
     /// How deep a point may lie behind a surface to be pushed out, meters.
     pub depth: f64,
-    /// How much nearer partners may come before pairs are looked for again, meters.
+    /// How much nearer partners may come than a step was meant to bring them before pairs are looked
+    /// for again, meters.
     pub margin: f64,
     /// Partners within so many edges of the surface are never pushed apart.
     pub neighbors: usize,
@@ -49,15 +64,20 @@ impl Default for FleshContactParams {
 /// ends of its partners. d̂ is the pair's own: what was nearer at rest may be as near again, and
 /// ℓ = max(d̂, a quarter of the activation). Twice continuously differentiable; zero at rest.
 ///
+/// The vertices of the surface are nodes, or points that the mesh carries: the skin that is looked at
+/// where the mesh is coarser. Each is moved by the nodes of its element, so a stencil is all nodes that
+/// move the four vertices of a pair.
+///
 /// Its stencils are the pairs that are near, and change: [`solve_renewing`](crate::solve_renewing)
 /// keeps them.
 #[derive(Clone, Debug)]
 pub struct FleshContact {
     search: Search,
+    carrier: Carrier,
     pairs: Vec<Pair>,
-    /// Positions at which the pairs were found, and how far each node may move from there.
-    found_at: Vec<[f64; 3]>,
-    free_way: Vec<f64>,
+    spreads: Vec<Spread>,
+    /// The way of the vertices along which the pairs were found.
+    found: Way,
 }
 
 impl FleshContact {
@@ -71,6 +91,34 @@ impl FleshContact {
         triangles: &[[u32; 3]],
         params: FleshContactParams,
     ) -> Result<Self, AssemblyError> {
+        Self::carried_by(mesh, Carrier::Nodes, triangles, params)
+    }
+
+    /// `triangles` join `points`, seen counter-clockwise from outside; points without a triangle are
+    /// no matter.
+    ///
+    /// # Errors
+    /// When a point or a node does not exist or a number is not positive.
+    pub fn carried(
+        mesh: &SimplexMesh<3>,
+        points: &[EmbeddedPoint],
+        triangles: &[[u32; 3]],
+        params: FleshContactParams,
+    ) -> Result<Self, AssemblyError> {
+        let count = mesh.num_nodes();
+        let mut nodes = points.iter().flat_map(|p| p.nodes).map(|n| n as usize);
+        if let Some(node) = nodes.find(|&n| n >= count) {
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
+        Self::carried_by(mesh, Carrier::Points(points.to_vec()), triangles, params)
+    }
+
+    fn carried_by(
+        mesh: &SimplexMesh<3>,
+        carrier: Carrier,
+        triangles: &[[u32; 3]],
+        params: FleshContactParams,
+    ) -> Result<Self, AssemblyError> {
         for (what, value) in [
             ("activation", params.activation),
             ("pressure", params.pressure),
@@ -81,14 +129,16 @@ impl FleshContact {
                 return Err(AssemblyError::UnusableContact { what, value });
             }
         }
-        let surface = Surface::new(mesh, triangles, params.neighbors)?;
+        let surface = Surface::new(mesh, &carrier, triangles, params.neighbors)?;
         let mut contact = Self {
             search: Search::new(surface, params),
+            carrier,
             pairs: Vec::new(),
-            found_at: mesh.nodes().to_vec(),
-            free_way: Vec::new(),
+            spreads: Vec::new(),
+            found: Way::at(Vec::new()),
         };
-        contact.look(mesh.nodes());
+        let rest = contact.carrier.positions(mesh.nodes()).into_owned();
+        contact.look(Way::at(rest), Kept::Found);
         Ok(contact)
     }
 
@@ -100,34 +150,52 @@ impl FleshContact {
     /// The deepest entry of a surface into another, meters; 0 where there is none. Only the pairs at
     /// hand are looked at.
     pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
-        let depth = |pair: &Pair| match pair.gap(positions) {
+        let depth = |pair: &Pair| match pair.gap(self.at(pair, positions)) {
             (gap, weight) if weight > 0.5 => -gap,
             _ => 0.0,
         };
         self.pairs.iter().map(depth).fold(0.0, f64::max)
     }
 
+    fn points(&self) -> &[u32] {
+        &self.search.surface.points
+    }
+
+    /// How far a vertex may be from the way along which pairs were found.
+    fn free_way(&self) -> f64 {
+        0.5 * self.search.params.margin
+    }
+
+    /// The vertices of a pair.
+    fn at(&self, pair: &Pair, positions: &[Point]) -> [Point; 4] {
+        pair.vertices.map(|v| self.carrier.position(v, positions))
+    }
+
     /// Finds pairs; true when there are others than before.
-    fn look(&mut self, positions: &[[f64; 3]]) -> bool {
-        let margin = self.search.params.margin;
-        let found = self.search.pairs(positions, margin);
-        let known = includes(&self.pairs, &found) && !self.leans_on_others(&found, positions);
+    fn look(&mut self, way: Way, kept: Kept) -> bool {
+        let mut found = self.search.pairs(&way, self.search.params.margin);
+        let others = self.others_that_push(&found, &way.from);
+        let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
         if !known {
+            if kept == Kept::Pushing && !others.is_empty() {
+                found.extend(others);
+                found.sort_unstable_by_key(key);
+            }
+            let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
+            self.spreads = found.iter().map(spread).collect();
             self.pairs = found;
         }
-        self.found_at = positions.to_vec();
-        self.free_way = vec![0.5 * margin; positions.len()];
+        self.found = way;
         !known
     }
 
-    /// Does a pair push that is none of those a fresh look has found? Which partners face each other
-    /// is decided by a look, so that pairs outlive their reason.
-    fn leans_on_others(&self, found: &[Pair], positions: &[[f64; 3]]) -> bool {
-        let pushes = |pair: &&Pair| pair.energy(positions) > 0.0;
-        self.pairs
-            .iter()
-            .filter(pushes)
-            .any(|pair| !has(found, pair))
+    /// Pairs that push and are none of those a fresh look has found. Which partners face each other is
+    /// decided by a look, so that pairs outlive their reason.
+    fn others_that_push(&self, found: &[Pair], vertices: &[Point]) -> Vec<Pair> {
+        let at = |pair: &Pair| pair.vertices.map(|v| vertices[v as usize]);
+        let pushes = |pair: &&Pair| pair.energy(at(pair)) > 0.0;
+        let pushing = self.pairs.iter().filter(pushes);
+        pushing.filter(|pair| !has(found, pair)).copied().collect()
     }
 }
 
@@ -137,13 +205,16 @@ fn includes(many: &[Pair], few: &[Pair]) -> bool {
 }
 
 fn has(sorted: &[Pair], pair: &Pair) -> bool {
-    let key = |p: &Pair| (p.kind, p.nodes);
     sorted.binary_search_by_key(&key(pair), key).is_ok()
+}
+
+fn key(pair: &Pair) -> (Kind, [u32; 4]) {
+    (pair.kind, pair.vertices)
 }
 
 impl Term<3> for FleshContact {
     fn stencils(&self) -> Stencils {
-        Stencils::new(self.pairs.iter().map(|p| p.nodes.map(|n| n as usize)))
+        Stencils::of_sizes(self.spreads.iter().map(|s| s.nodes.as_slice()))
     }
     fn cost(&self) -> StencilCost {
         StencilCost {
@@ -153,15 +224,17 @@ impl Term<3> for FleshContact {
     }
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
         for s in stencils {
-            sink.energy(s, self.pairs[s].energy(at.positions()));
+            let pair = &self.pairs[s];
+            sink.energy(s, pair.energy(self.at(pair, at.positions())));
         }
     }
     fn gradient(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut GradientSink<3>) {
         for s in stencils {
-            if let Some((energy, gradient)) = self.pairs[s].gradient(at.positions()) {
+            let (pair, spread) = (&self.pairs[s], &self.spreads[s]);
+            if let Some((energy, gradient)) = pair.gradient(self.at(pair, at.positions())) {
                 sink.energy(s, energy);
-                for (vertex, g) in gradient.into_iter().enumerate() {
-                    sink.add(s, vertex, g);
+                for node in 0..spread.nodes.len() {
+                    sink.add(s, node, spread.gradient(node, &gradient));
                 }
             }
         }
@@ -174,14 +247,13 @@ impl Term<3> for FleshContact {
         sink: &mut HessianSink<3>,
     ) {
         for s in stencils {
-            let Some(hessian) = self.pairs[s].hessian(at.positions(), projection) else {
+            let (pair, spread) = (&self.pairs[s], &self.spreads[s]);
+            let Some(hessian) = pair.hessian(self.at(pair, at.positions()), projection) else {
                 continue;
             };
-            for a in 0..4 {
+            for a in 0..spread.nodes.len() {
                 for b in 0..=a {
-                    let entry = |i: usize, j: usize| hessian[3 * a + i][3 * b + j];
-                    let block = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
-                    sink.add(s, a, b, block);
+                    sink.add(s, a, b, spread.block([a, b], &hessian));
                 }
             }
         }
@@ -190,39 +262,31 @@ impl Term<3> for FleshContact {
         true
     }
     fn renew(&mut self, at: Configuration<3>) -> bool {
-        let near = self.search.pairs(at.positions(), 0.0);
-        let moved = |&n: &u32| {
-            let n = n as usize;
-            2.0 * norm(sub(at.positions()[n], self.found_at[n])) > self.free_way[n]
-        };
-        let settled = includes(&self.pairs, &near) && !self.leans_on_others(&near, at.positions());
-        if settled && !self.search.surface.points.iter().any(moved) {
-            return false;
-        }
-        self.look(at.positions())
+        let vertices = self.carrier.positions(at.positions()).into_owned();
+        let here = Way::at(vertices);
+        let near = self.search.pairs(&here, 0.0);
+        let settled = includes(&self.pairs, &near)
+            && self.others_that_push(&near, &here.from).is_empty()
+            && self
+                .found
+                .holds(&here.from, self.points(), 0.5 * self.free_way());
+        !settled && self.look(here, Kept::Found)
     }
-    /// No node may leave the ball in which everything near it was found.
+    fn renew_along(&mut self, at: Configuration<3>, displacement: &[[f64; 3]]) -> bool {
+        let from = self.carrier.positions(at.positions()).into_owned();
+        let step = self.carrier.positions(displacement);
+        let longest = LONGEST * self.search.params.margin;
+        let way = Way::along(from, &step, self.points(), longest);
+        self.look(way, Kept::Pushing)
+    }
+    /// No vertex may leave the tube in which everything near it was found.
     fn covered_step(&self, at: Configuration<3>, displacement: &[[f64; 3]]) -> f64 {
-        let of = |&n: &u32| {
-            let n = n as usize;
-            let (from, d) = (sub(at.positions()[n], self.found_at[n]), displacement[n]);
-            leaves_ball(from, d, self.free_way[n])
-        };
-        let points = self.search.surface.points.iter();
-        points.map(of).fold(f64::INFINITY, f64::min)
+        let from = self.carrier.positions(at.positions());
+        let step = self.carrier.positions(displacement);
+        self.found
+            .left_after(&from, &step, self.points(), self.free_way())
     }
-}
-
-/// The t ≥ 0 at which from + t d has the given length; 0 when it is outside.
-fn leaves_ball(from: [f64; 3], d: [f64; 3], radius: f64) -> f64 {
-    let dot = super::geometry::dot;
-    let (a, b, c) = (dot(d, d), dot(from, d), dot(from, from) - radius * radius);
-    if !(c < 0.0) {
-        return 0.0;
-    }
-    if a > 0.0 {
-        -c / (b + (b * b - a * c).sqrt())
-    } else {
-        f64::INFINITY
+    fn one_sided(&self) -> bool {
+        true
     }
 }

@@ -1,5 +1,6 @@
 //! Surfaces of flesh that touch each other, or bones.
 
+mod carrier;
 mod distance;
 mod flesh;
 mod frame;
@@ -11,6 +12,7 @@ mod search;
 mod solid;
 mod surface;
 mod tree;
+mod way;
 
 pub use distance::{Jet, SampledDistance};
 pub use flesh::{FleshContact, FleshContactParams};

@@ -21,7 +21,8 @@ pub(crate) enum Kind {
 /// One pair of partners that may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pair {
-    pub nodes: [u32; 4],
+    /// Vertices of the surface.
+    pub vertices: [u32; 4],
     pub kind: Kind,
     /// Pressure at gap 0 times area, newtons.
     pub force: f64,
@@ -70,7 +71,7 @@ fn gap_and_weight<T: Real>(kind: Kind, [a, b, c, p, q, v]: [T; 6]) -> (T, T) {
 
 impl Pair {
     /// (u, e₁, e₂) as sums over the vertices.
-    fn vectors(&self) -> [[f64; 4]; 3] {
+    fn signs(&self) -> [[f64; 4]; 3] {
         match self.kind {
             Kind::Point => [
                 [1.0, -1.0, 0.0, 0.0],
@@ -85,8 +86,7 @@ impl Pair {
         }
     }
 
-    fn at(&self, positions: &[Point]) -> [Point; 3] {
-        let x = self.nodes.map(|n| positions[n as usize]);
+    fn at(&self, x: [Point; 4]) -> [Point; 3] {
         match self.kind {
             Kind::Point => [sub(x[0], x[1]), sub(x[2], x[1]), sub(x[3], x[1])],
             _ => [sub(x[2], x[0]), sub(x[1], x[0]), sub(x[3], x[2])],
@@ -94,8 +94,8 @@ impl Pair {
     }
 
     /// Gap in meters (negative behind), and how much the pair counts, 0 to 1.
-    pub fn gap(&self, positions: &[Point]) -> (f64, f64) {
-        gap_and_weight(self.kind, scalars(self.at(positions)))
+    pub fn gap(&self, x: [Point; 4]) -> (f64, f64) {
+        gap_and_weight(self.kind, scalars(self.at(x)))
     }
 
     /// F ℓ/3 ((d̂ − g)/ℓ)³ w, joules: pressure grows with the square of what is missing of d̂.
@@ -112,8 +112,8 @@ impl Pair {
     }
 
     /// The energy, joules.
-    pub fn energy(&self, positions: &[Point]) -> f64 {
-        let s = scalars(self.at(positions));
+    pub fn energy(&self, x: [Point; 4]) -> f64 {
+        let s = scalars(self.at(x));
         if self.is_silent(s) {
             0.0
         } else {
@@ -122,8 +122,8 @@ impl Pair {
     }
 
     /// Energy and gradient at the four vertices; `None` where nothing is felt.
-    pub fn gradient(&self, positions: &[Point]) -> Option<(f64, [Point; 4])> {
-        let vectors = self.at(positions);
+    pub fn gradient(&self, x: [Point; 4]) -> Option<(f64, [Point; 4])> {
+        let vectors = self.at(x);
         let s = scalars(vectors);
         if self.is_silent(s) {
             return None;
@@ -134,7 +134,7 @@ impl Pair {
         };
         let slopes: [f64; 6] = std::array::from_fn(slope);
         let by_vector = product(&jacobian(vectors), &slopes);
-        let share = self.vectors();
+        let share = self.signs();
         let at = |vertex: usize| {
             std::array::from_fn(|i| {
                 (0..3)
@@ -146,19 +146,15 @@ impl Pair {
     }
 
     /// The Hessian, vertex by vertex; `None` where nothing is felt.
-    pub fn hessian(
-        &self,
-        positions: &[Point],
-        projection: HessianProjection,
-    ) -> Option<[[f64; 12]; 12]> {
-        let vectors = self.at(positions);
+    pub fn hessian(&self, x: [Point; 4], projection: HessianProjection) -> Option<[[f64; 12]; 12]> {
+        let vectors = self.at(x);
         let s = scalars(vectors);
         if self.is_silent(s) {
             return None;
         }
         let (slopes, curvatures) = self.second_order(s);
         let by_vector = chained(vectors, &slopes, &curvatures);
-        let share = self.vectors();
+        let share = self.signs();
         let mut hessian = [[0.0; 12]; 12];
         for (row, line) in hessian.iter_mut().enumerate() {
             for (column, entry) in line.iter_mut().enumerate() {

@@ -1,6 +1,9 @@
 //! A surface that may touch itself: its points, triangles and edges with what stays as it is at rest.
 
-use super::geometry::{Aabb, Point, add, cross, norm, scale, solid_angle, sub, unit};
+use super::carrier::Carrier;
+use super::geometry::{Aabb, Point, add, cross, norm, scale, sub, unit};
+use super::solid::Solid;
+use super::way::Way;
 use crate::error::AssemblyError;
 use crate::mesh::SimplexMesh;
 use fem_solvers::parallel::map;
@@ -13,28 +16,29 @@ pub(crate) struct Edge {
     pub triangles: [u32; 2],
 }
 
-/// Triangles seen counter-clockwise from outside, and what belongs to them.
+/// Triangles seen counter-clockwise from outside, and what belongs to them. Vertices are the nodes of
+/// the mesh, or points carried by it.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     pub rest: Vec<Point>,
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<Edge>,
-    /// Its nodes, ascending.
+    /// Its vertices, ascending.
     pub points: Vec<u32>,
-    /// Of each node of the mesh: a third of the triangles around it at rest, m².
+    /// Of each vertex: a third of the triangles around it at rest, m².
     pub area: Vec<f64>,
     /// Of each edge: a third of the triangles beside it at rest, m².
     pub edge_area: Vec<f64>,
-    /// Of each node of the mesh: the nodes of the surface within a few edges, ascending.
+    /// Of each vertex: the vertices within a few edges, ascending.
     near: Vec<Vec<u32>>,
-    /// Of each node of the mesh: does it lie inside flesh at rest?
+    /// Of each vertex: does it lie inside other flesh at rest?
     pub buried: Vec<bool>,
 }
 
 /// Outward unit normals in some configuration.
 pub(crate) struct Normals {
     pub triangles: Vec<Point>,
-    /// Of every node of the mesh; 0 off the surface.
+    /// Of every vertex; 0 where it has no triangle.
     pub nodes: Vec<Point>,
     pub edges: Vec<Point>,
 }
@@ -42,10 +46,12 @@ pub(crate) struct Normals {
 impl Surface {
     pub fn new(
         mesh: &SimplexMesh<3>,
+        carrier: &Carrier,
         triangles: &[[u32; 3]],
         neighbors: usize,
     ) -> Result<Self, AssemblyError> {
-        let (rest, count) = (mesh.nodes().to_vec(), mesh.num_nodes());
+        let rest = carrier.positions(mesh.nodes()).into_owned();
+        let count = rest.len();
         let named = triangles.as_flattened().iter();
         if let Some(&node) = named.clone().find(|&&n| n as usize >= count) {
             let node = node as usize;
@@ -74,25 +80,25 @@ impl Surface {
             points,
             area,
         };
-        surface.buried = surface.buried_nodes(mesh);
+        surface.buried = surface.buried_vertices(mesh, carrier);
         Ok(surface)
     }
 
-    /// The winding number of the whole boundary says it: about ½ on a surface, 1 more inside.
-    fn buried_nodes(&self, mesh: &SimplexMesh<3>) -> Vec<bool> {
+    /// The winding number of the whole boundary says it: about ½ on a surface, 1 more inside. Points
+    /// that are carried lie a little on either side of it.
+    fn buried_vertices(&self, mesh: &SimplexMesh<3>, carrier: &Carrier) -> Vec<bool> {
         let mut buried = vec![false; self.rest.len()];
         let faces = mesh.boundary().faces;
-        let winding = |&node: &u32| {
-            let p = self.rest[node as usize];
-            let around = faces.iter().filter(|f| !f.contains(&node));
-            let angle: f64 = around
-                .map(|f| solid_angle(p, self.corners(&self.rest, f)))
-                .sum();
-            angle / (4.0 * std::f64::consts::PI)
+        let most = match carrier {
+            Carrier::Nodes => 1.0,
+            Carrier::Points(_) => 1.5,
         };
+        // A corner of a face sees nothing of it.
+        let whole = Solid::new(mesh.nodes(), &faces);
+        let winding = |&vertex: &u32| whole.winding(self.rest[vertex as usize]);
         let windings: Vec<f64> = map(self.points.iter().collect(), winding);
-        for (&node, winding) in self.points.iter().zip(windings) {
-            buried[node as usize] = winding > 1.0;
+        for (&vertex, winding) in self.points.iter().zip(windings) {
+            buried[vertex as usize] = winding > most;
         }
         buried
     }
@@ -129,17 +135,14 @@ impl Surface {
         }
     }
 
-    /// Boxes of the triangles, with the bands around them.
-    pub fn triangle_boxes(&self, positions: &[Point]) -> Vec<Aabb> {
-        let around = |t: &[u32; 3]| banded(Aabb::around(self.corners(positions, t)));
-        self.triangles.iter().map(around).collect()
+    /// Boxes of the triangles on their way, with the bands around them.
+    pub fn triangle_boxes(&self, way: &Way) -> Vec<Aabb> {
+        self.triangles.iter().map(|t| around(t, way)).collect()
     }
 
-    /// Boxes of the edges, with the bands at their ends.
-    pub fn edge_boxes(&self, positions: &[Point]) -> Vec<Aabb> {
-        let ends = |e: &Edge| e.nodes.map(|n| positions[n as usize]);
-        let around = |e: &Edge| banded(Aabb::around(ends(e)));
-        self.edges.iter().map(around).collect()
+    /// Boxes of the edges on their way, with the bands at their ends.
+    pub fn edge_boxes(&self, way: &Way) -> Vec<Aabb> {
+        self.edges.iter().map(|e| around(&e.nodes, way)).collect()
     }
 
     /// The middle of an edge.
@@ -149,7 +152,8 @@ impl Surface {
     }
 }
 
-fn banded(around: Aabb) -> Aabb {
+fn around(vertices: &[u32], way: &Way) -> Aabb {
+    let around = Aabb::around(vertices.iter().flat_map(|&v| way.ends(v)));
     around.grown(super::pair::BAND * norm(sub(around.high, around.low)))
 }
 
