@@ -204,11 +204,43 @@ impl<const D: usize> Assembly<D> {
         })
     }
 
+    /// Does a term push on one side alone ([`Term::one_sided`])?
+    pub fn is_one_sided(&self) -> bool {
+        self.summands.iter().any(|s| s.term.one_sided())
+    }
+
     /// ∂²E/∂x^U∂x^U, symmetric, newtons per meter. Stencils are projected one by one as asked.
     pub fn hessian(
         &self,
         at: Configuration<D>,
         projection: HessianProjection,
+        hessian: &mut BlockSymmetric<D>,
+    ) {
+        self.hessian_by_term(at, |_| [(projection, 1.0), (projection, 0.0)], hessian);
+    }
+
+    /// The same where `share` (0 to 1) of the negative curvature of terms that push on one side alone is
+    /// left out, whatever the others' projection.
+    pub fn one_sided_hessian(
+        &self,
+        at: Configuration<D>,
+        others: HessianProjection,
+        share: f64,
+        hessian: &mut BlockSymmetric<D>,
+    ) {
+        let (none, clamp) = (HessianProjection::None, HessianProjection::Clamp);
+        let of = |summand: &Summand<D>| match summand.term.one_sided() {
+            true => [(clamp, share), (none, 1.0 - share)],
+            false => [(others, 1.0), (others, 0.0)],
+        };
+        self.hessian_by_term(at, of, hessian);
+    }
+
+    /// Each term's Hessian as a sum of two, with their weights.
+    fn hessian_by_term(
+        &self,
+        at: Configuration<D>,
+        parts: impl Fn(&Summand<D>) -> [(HessianProjection, f64); 2] + Sync,
         hessian: &mut BlockSymmetric<D>,
     ) {
         let mut pieces = Vec::with_capacity(self.chunks.len());
@@ -224,14 +256,19 @@ impl<const D: usize> Assembly<D> {
             values.fill([[0.0; D]; D]);
             for (summand, work) in self.summands.iter().zip(&chunk.works) {
                 let pairs = pair(summand.stencils.vertices, 0);
-                for run in &work.runs {
+                let parts = parts(summand)
+                    .into_iter()
+                    .filter(|(_, scale)| *scale != 0.0);
+                for (run, (projection, scale)) in
+                    (work.runs.iter()).flat_map(|run| parts.clone().map(move |part| (run, part)))
+                {
                     let target = Target::Matrix {
                         first: run.stencils.start,
                         pairs,
                         places: &work.places[run.start * pairs..],
                         values,
                     };
-                    let mut sink = HessianSink { scale: 1.0, target };
+                    let mut sink = HessianSink { scale, target };
                     let stencils = run.stencils.clone();
                     summand.term.hessian(at, projection, stencils, &mut sink);
                 }

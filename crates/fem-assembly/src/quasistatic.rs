@@ -52,12 +52,21 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
         controls: Vec<f64>,
     ) -> Result<Self, AssemblyError> {
         assembly.configuration(&positions, &controls)?;
-        Ok(Self {
+        Ok(Self::trusted(assembly, positions, controls))
+    }
+
+    /// The same with lists that were checked before.
+    pub(crate) fn trusted(
+        assembly: &'a Assembly<D>,
+        positions: Vec<[f64; D]>,
+        controls: Vec<f64>,
+    ) -> Self {
+        Self {
             assembly,
             positions,
             controls,
             merit: Merit::Energy,
-        })
+        }
     }
 
     /// The same with another measure of progress: [`Merit::ResidualNorm`] for a stress that is no
@@ -123,6 +132,20 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         let positions = self.positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
         self.assembly.hessian(at, projection, out);
+    }
+    fn is_one_sided(&self) -> bool {
+        self.assembly.is_one_sided()
+    }
+    fn one_sided_hessian(
+        &self,
+        x: &[f64],
+        projection: HessianProjection,
+        share: f64,
+        out: &mut BlockSymmetric<D>,
+    ) {
+        let positions = self.positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        self.assembly.one_sided_hessian(at, projection, share, out);
     }
     fn merit(&self) -> Merit {
         self.merit

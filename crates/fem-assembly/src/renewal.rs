@@ -4,6 +4,7 @@ use crate::assembly::Assembly;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
 use crate::plan;
+use crate::term::Term;
 use std::sync::Arc;
 
 impl<const D: usize> Assembly<D> {
@@ -24,10 +25,29 @@ impl<const D: usize> Assembly<D> {
     /// [`AssemblyBuilder::build`](crate::AssemblyBuilder::build) of the new stencils; the assembly is
     /// then no longer usable.
     pub fn renew(&mut self, at: Configuration<D>) -> Result<bool, AssemblyError> {
+        self.renewed(|term| term.renew(at))
+    }
+
+    /// The same for a step by `displacement` that is about to be taken ([`Term::renew_along`]).
+    ///
+    /// # Errors
+    /// As [`Assembly::renew`].
+    pub fn renew_along(
+        &mut self,
+        at: Configuration<D>,
+        displacement: &[[f64; D]],
+    ) -> Result<bool, AssemblyError> {
+        self.renewed(|term| term.renew_along(at, displacement))
+    }
+
+    fn renewed(
+        &mut self,
+        mut look: impl FnMut(&mut dyn Term<D>) -> bool,
+    ) -> Result<bool, AssemblyError> {
         let mut changed = vec![false; self.summands.len()];
         let mut stencils = 0;
         for (index, summand) in self.summands.iter_mut().enumerate() {
-            changed[index] = summand.term.renew(at);
+            changed[index] = look(summand.term.as_mut());
             if changed[index] {
                 summand.stencils = summand.term.stencils();
                 summand.stencils.check(index, self.rest.len())?;

@@ -1,20 +1,23 @@
 //! Newton's method while stencils change.
 
 use crate::assembly::Assembly;
+use crate::configuration::Configuration;
 use crate::error::AssemblyError;
 use crate::quasistatic::Quasistatic;
 use fem_materials::HessianProjection;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, Merit, NearKernel, Newton, NewtonError, NewtonFailure,
-    NewtonInfo, NewtonIteration, NewtonParams, NonlinearProblem,
+    BlockPattern, BlockSymmetric, Merit, NearKernel, Newton, NewtonError, NewtonInfo,
+    NewtonIteration, NewtonParams, NonlinearProblem,
 };
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
-/// The share of a Newton step below which stencils are looked for again instead of shortening it.
-const SHORT: f64 = 0.3;
 /// How much of the way that the stencils cover is gone.
 const SAFE: f64 = 0.95;
+/// A step of which what is covered is so many times longer is one of the last.
+const NEAR_THE_END: f64 = 10.0;
+/// Looks at which stencils without a reason leave; from then on they stay, so that energies fall.
+const MOST_LOOKS: usize = 20;
 /// Rounds at one converged state: two sets of stencils that call for each other must end.
 const MOST_ROUNDS: usize = 8;
 
@@ -64,16 +67,23 @@ pub enum RenewingError<const D: usize> {
     },
 }
 
-/// A problem that does not leave what its stencils cover.
-struct Covered<'a, const D: usize> {
-    problem: Quasistatic<'a, D>,
-    start: &'a [f64],
-    due: Cell<bool>,
+/// A problem whose stencils are looked for along every step that they do not cover.
+struct Renewing<'a, const D: usize> {
+    assembly: RefCell<&'a mut Assembly<D>>,
+    positions: Vec<[f64; D]>,
+    controls: &'a [f64],
+    renewals: Cell<usize>,
+    analyses: Cell<usize>,
+    looks: Cell<usize>,
+    /// Was the last step one of the last?
+    ends: Cell<bool>,
+    failed: RefCell<Option<AssemblyError>>,
 }
 
 /// Solves for equilibrium as [`Newton::solve`] does and renews the stencils of the assembly
-/// ([`Assembly::renew`]) at the start, whenever a step would leave what they cover, and at the end,
-/// until none is missing. `newton` is [renewed](Newton::renew) when the pattern changes.
+/// ([`Assembly::renew`]) at the start, before each step that would leave what they cover
+/// ([`Assembly::renew_along`]), and at the end, until none is missing. `newton` is made ready for
+/// another pattern when there is one, and keeps its analysis as long as there is none.
 ///
 /// `start` holds the prescribed nodes' places and a first guess for the free ones, meters. Without
 /// terms that change their stencils this is `newton.solve` of a [`Quasistatic`] problem.
@@ -102,12 +112,11 @@ pub fn solve_renewing<const D: usize>(
     renew(assembly, newton, controls, &mut done)?;
     loop {
         params.max_iterations = most.saturating_sub(done.iterations);
-        let converged = part(assembly, newton, controls, &mut params, &mut done)?;
-        let changed = renew(assembly, newton, controls, &mut done)?;
-        rounds += usize::from(converged);
-        if converged && !changed {
+        part(assembly, newton, controls, &mut params, &mut done)?;
+        if !renew(assembly, newton, controls, &mut done)? {
             return Ok(done);
         }
+        rounds += 1;
         if rounds >= MOST_ROUNDS {
             let last = Box::new(done);
             return Err(RenewingError::Unsettled { rounds, last });
@@ -136,29 +145,36 @@ fn renew<const D: usize>(
     Ok(changed)
 }
 
-/// Solves until convergence (true) or until stencils must be looked for (false).
+/// Solves until convergence.
 fn part<const D: usize>(
-    assembly: &Assembly<D>,
+    assembly: &mut Assembly<D>,
     newton: &mut Newton<'_, D>,
     controls: &[f64],
     params: &mut NewtonParams,
     done: &mut RenewedSolution<D>,
-) -> Result<bool, RenewingError<D>> {
-    let problem = Quasistatic::new(assembly, done.positions.clone(), controls.to_vec())?;
-    let start = problem.unknowns();
-    let mut x = start.clone();
-    let covered = Covered {
-        problem,
-        start: &start,
-        due: Cell::new(false),
+) -> Result<(), RenewingError<D>> {
+    assembly.configuration(&done.positions, controls)?;
+    let mut x = assembly.dofs().gather(&done.positions);
+    let measured = assembly.force_scales().is_some();
+    let problem = Renewing {
+        assembly: RefCell::new(assembly),
+        positions: done.positions.clone(),
+        controls,
+        renewals: Cell::new(0),
+        analyses: Cell::new(0),
+        looks: Cell::new(0),
+        ends: Cell::new(false),
+        failed: RefCell::new(None),
     };
     let mut first = None;
-    let solved = newton.solve_observed(&covered, &mut x, params, &mut |step: &NewtonIteration| {
+    let solved = newton.solve_observed(&problem, &mut x, params, &mut |step: &NewtonIteration| {
         first.get_or_insert(step.gradient_norm);
     });
-    done.positions = covered.problem.positions(&x);
+    done.positions = problem.asked(|p| p.positions(&x));
+    done.renewals += problem.renewals.get();
+    done.analyses += problem.analyses.get();
     // What the first part measured its gradient against holds for all.
-    if params.reference.is_none() && assembly.force_scales().is_none() {
+    if params.reference.is_none() && !measured {
         params.reference = first;
     }
     match solved {
@@ -167,19 +183,15 @@ fn part<const D: usize>(
             done.factorizations += info.factorizations;
             done.linear_iterations += info.linear_iterations;
             done.info = Some(info);
-            Ok(true)
+            Ok(())
         }
         Err(mut error) => {
-            done.iterations += error.iteration;
-            done.factorizations += error.factorizations;
-            done.linear_iterations += error.linear_iterations;
-            let refused = matches!(error.reason, NewtonFailure::LineSearchFailed { .. });
-            if refused && covered.due.get() {
-                return Ok(false);
+            if let Some(failed) = problem.failed.take() {
+                return Err(failed.into());
             }
-            error.iteration = done.iterations;
-            error.factorizations = done.factorizations;
-            error.linear_iterations = done.linear_iterations;
+            error.iteration += done.iterations;
+            error.factorizations += done.factorizations;
+            error.linear_iterations += done.linear_iterations;
             Err(RenewingError::Newton {
                 source: error,
                 last: std::mem::take(&mut done.positions),
@@ -188,57 +200,110 @@ fn part<const D: usize>(
     }
 }
 
-impl<const D: usize> NonlinearProblem<D> for Covered<'_, D> {
+impl<const D: usize> Renewing<'_, D> {
+    /// What the problem of the present stencils says.
+    fn asked<R>(&self, question: impl FnOnce(&Quasistatic<'_, D>) -> R) -> R {
+        let assembly = self.assembly.borrow();
+        let positions = self.positions.clone();
+        question(&Quasistatic::trusted(
+            &assembly,
+            positions,
+            self.controls.to_vec(),
+        ))
+    }
+
+    /// Looks for stencils at the start of a step, and along it where they do not reach; true when they
+    /// changed.
+    fn looks(&self, x: &[f64], dx: &[f64], along: bool) -> Result<bool, AssemblyError> {
+        let positions = self.asked(|p| p.positions(x));
+        let mut displacement = vec![[0.0; D]; positions.len()];
+        let mut assembly = self.assembly.borrow_mut();
+        assembly.dofs().scatter(dx, &mut displacement);
+        let before = assembly.pattern().clone();
+        let at = Configuration::trusted(&positions, self.controls);
+        let looks = self.looks.get();
+        let mut changed = false;
+        if looks < MOST_LOOKS {
+            changed = assembly.renew(at)?;
+            self.looks.set(looks + 1);
+        }
+        if along {
+            changed |= assembly.renew_along(at, &displacement)?;
+        }
+        let analyses = usize::from(!Arc::ptr_eq(&before, assembly.pattern()));
+        self.analyses.set(self.analyses.get() + analyses);
+        self.renewals
+            .set(self.renewals.get() + usize::from(changed));
+        Ok(changed)
+    }
+}
+
+impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
     fn blocks(&self) -> usize {
-        self.problem.blocks()
+        self.asked(|p| p.blocks())
     }
     fn pattern(&self) -> Option<Arc<BlockPattern>> {
-        self.problem.pattern()
+        self.asked(|p| p.pattern())
     }
-    /// No step is acceptable once stencils must be looked for: that ends the solve.
     fn energy(&self, x: &[f64]) -> f64 {
-        if self.due.get() {
-            f64::INFINITY
-        } else {
-            self.problem.energy(x)
-        }
+        self.asked(|p| p.energy(x))
     }
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
-        self.problem.gradient(x, g);
+        self.asked(|p| p.gradient(x, g));
     }
     fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
-        let energy = self.problem.energy_and_gradient(x, g);
-        if self.due.get() {
-            f64::INFINITY
-        } else {
-            energy
-        }
+        self.asked(|p| p.energy_and_gradient(x, g))
     }
     fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<D>) {
-        self.problem.hessian(x, projection, out);
+        self.asked(|p| p.hessian(x, projection, out));
+    }
+    fn is_one_sided(&self) -> bool {
+        self.asked(|p| p.is_one_sided())
+    }
+    fn one_sided_hessian(
+        &self,
+        x: &[f64],
+        projection: HessianProjection,
+        share: f64,
+        out: &mut BlockSymmetric<D>,
+    ) {
+        self.asked(|p| p.one_sided_hessian(x, projection, share, out));
+    }
+    fn prepare(&self, x: &[f64], dx: &[f64]) -> bool {
+        let covered = SAFE * self.asked(|p| p.covered_step(x, dx));
+        let along = !(covered >= 1.0);
+        // What the end will ask for is cheaper to have before the last steps than after them.
+        let ends = covered >= NEAR_THE_END && covered < f64::INFINITY;
+        let asks = along || (ends && !self.ends.get());
+        self.ends.set(ends);
+        if !asks {
+            return false;
+        }
+        self.looks(x, dx, along).unwrap_or_else(|error| {
+            // No step leads on from here: `largest_step` sees to it.
+            self.failed.replace(Some(error));
+            false
+        })
     }
     fn merit(&self) -> Merit {
-        self.problem.merit()
+        self.asked(|p| p.merit())
     }
     fn gradient_scales(&self, x: &[f64]) -> Option<Vec<f64>> {
-        self.problem.gradient_scales(x)
+        self.asked(|p| p.gradient_scales(x))
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
-        self.problem.gradient_rounding(x)
+        self.asked(|p| p.gradient_rounding(x))
     }
     fn near_kernel(&self, x: &[f64]) -> NearKernel {
-        self.problem.near_kernel(x)
+        self.asked(|p| p.near_kernel(x))
     }
     fn coordinates(&self) -> Option<Vec<[f64; D]>> {
-        self.problem.coordinates()
+        self.asked(|p| p.coordinates())
     }
     fn largest_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        let own = self.problem.largest_step(x, dx);
-        let covered = SAFE * self.problem.covered_step(x, dx);
-        // The first step from fresh stencils is as long as it can be.
-        if covered < SHORT && x != self.start {
-            self.due.set(true);
+        if self.failed.borrow().is_some() {
+            return 0.0;
         }
-        own.min(covered)
+        self.asked(|p| p.largest_step(x, dx).min(SAFE * p.covered_step(x, dx)))
     }
 }

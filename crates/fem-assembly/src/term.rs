@@ -79,6 +79,19 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
+    /// The same for everywhere that a step by `displacement` leads, before the step is taken: what
+    /// has an energy at `at` keeps it. Left out, what [`Term::renew`] finds where the step starts,
+    /// and [`Term::covered_step`] says how far that reaches.
+    fn renew_along(&mut self, at: Configuration<D>, _displacement: &[[f64; D]]) -> bool {
+        self.renew(at)
+    }
+
+    /// Does the term push on one side alone, as contact does? Its curvature then holds for a part of a
+    /// step only, and far from a solution steps are better without the negative part of it.
+    fn one_sided(&self) -> bool {
+        false
+    }
+
     /// May [`Term::renew`] ever change the stencils?
     fn changes(&self) -> bool {
         false

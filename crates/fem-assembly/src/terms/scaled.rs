@@ -144,6 +144,12 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     fn renew(&mut self, at: Configuration<D>) -> bool {
         self.term.renew(at)
     }
+    fn renew_along(&mut self, at: Configuration<D>, displacement: &[[f64; D]]) -> bool {
+        self.term.renew_along(at, displacement)
+    }
+    fn one_sided(&self) -> bool {
+        self.term.one_sided()
+    }
     fn covered_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
         self.term.covered_step(at, displacement)
     }

@@ -23,8 +23,8 @@ pub trait NonlinearProblem<const D: usize> {
     /// Number of D×D block rows; the dimension is `D · blocks`.
     fn blocks(&self) -> usize;
 
-    /// Where the Hessian's blocks are, the same for every `x`; `None` for a problem that gives only
-    /// [products](Self::hessian_vector) with its Hessian.
+    /// Where the Hessian's blocks are, the same for every `x` until [`prepare`](Self::prepare) says
+    /// otherwise; `None` for a problem that gives only [products](Self::hessian_vector) with its Hessian.
     fn pattern(&self) -> Option<Arc<BlockPattern>> {
         None
     }
@@ -52,6 +52,31 @@ pub trait NonlinearProblem<const D: usize> {
             }
             None => y.fill(f64::NAN),
         }
+    }
+
+    /// Has the energy parts that act on one side of a surface alone, so that their curvature holds for
+    /// a part of a step only?
+    fn is_one_sided(&self) -> bool {
+        false
+    }
+
+    /// [`hessian`](Self::hessian) without `share` (0 to 1) of the negative curvature of parts that act on
+    /// one side alone, the others projected as asked. Asked of problems that
+    /// [are one-sided](Self::is_one_sided) while they are far from a solution.
+    fn one_sided_hessian(
+        &self,
+        x: &[f64],
+        projection: HessianProjection,
+        _share: f64,
+        out: &mut BlockSymmetric<D>,
+    ) {
+        self.hessian(x, projection, out);
+    }
+
+    /// Told before the search along a step from `x` by `dx`. True when the problem has changed: parts
+    /// have come in, or left, or the [pattern](Self::pattern) is another.
+    fn prepare(&self, _x: &[f64], _dx: &[f64]) -> bool {
+        false
     }
 
     /// One point per block for a geometric ordering, in any unit and of any configuration.

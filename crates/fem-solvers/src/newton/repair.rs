@@ -11,6 +11,7 @@ use super::{
 use crate::block_matrix::BlockSymmetric;
 use crate::cholesky::CholeskyError;
 use crate::vector::{dot, first_non_finite};
+use std::sync::Arc;
 
 /// The last repair adds this share of the largest diagonal entry, then ten times as much, …
 const FIRST_LAST_SHIFT: f64 = 1e-9;
@@ -61,9 +62,16 @@ pub(super) struct Direction {
     pub linear_iterations: usize,
     pub factorizations: usize,
     pub shift: f64,
+    /// How much of the negative curvature of one-sided parts is left out, 0 to 1.
+    pub one_sided: f64,
 }
 
 impl Direction {
+    /// Is the tangent the exact Hessian?
+    pub fn is_exact(&self) -> bool {
+        self.projection == HessianProjection::None && self.shift == 0.0 && self.one_sided == 0.0
+    }
+
     /// How much of the projection the tangent has.
     fn share(&self) -> f64 {
         match self.projection {
@@ -104,6 +112,18 @@ impl<'d, const D: usize> Workspace<'d, D> {
         self.directions = Directions::Custom(Box::new(direction));
     }
 
+    /// The same while a solve goes on, if the pattern of the problem is another by now.
+    pub fn follow(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized)) {
+        let (Some(own), Some(other)) = (&self.matrix, problem.pattern()) else {
+            return;
+        };
+        if !Arc::ptr_eq(own.pattern(), &other) {
+            let shift = self.shift;
+            self.renew(problem);
+            self.shift = shift;
+        }
+    }
+
     /// Another pattern: what was remembered of the old one goes, a direction brought stays.
     pub fn renew(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized)) {
         let directions = std::mem::replace(&mut self.directions, Directions::Setting(None));
@@ -135,6 +155,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
             linear_iterations: 0,
             factorizations: 0,
             shift: 0.0,
+            one_sided: 0.0,
         };
         let found = match params.projection {
             ProjectionPolicy::ExactFirst => self.staged(&at, EXACT_THEN_CLAMP, &mut result)?,
@@ -197,24 +218,43 @@ impl<'d, const D: usize> Workspace<'d, D> {
         Ok(false)
     }
 
-    /// Goes as little of the way to the filtered tangent as makes it positive definite; `false` if not
-    /// even the filtered one is.
+    /// As little of the negative curvature of one-sided parts is left out as makes the tangent positive
+    /// definite; then it goes as little of the way to the filtered one as that takes; `false` if not
+    /// even that is.
     fn blended<P: NonlinearProblem<D> + ?Sized>(
         &mut self,
         at: &At<'_, P>,
         result: &mut Direction,
     ) -> Result<bool, NewtonFailure> {
-        self.assemble(at, HessianProjection::None)?;
-        if self.shift.share() == 0.0 {
+        let has_sides = self.matrix.is_some() && at.problem.is_one_sided();
+        let known = self.shift.share() > 0.0;
+        loop {
+            result.one_sided = match (has_sides, known) {
+                (false, _) => 0.0,
+                (true, false) => self.shift.one_sided(),
+                (true, true) => 1.0,
+            };
+            self.assemble_one_sided(at, result.one_sided)?;
+            if known {
+                break;
+            }
             if self.attempt(at, 0.0, result)? {
                 return Ok(true);
             }
+            if !(has_sides && self.shift.refused_one_sided()) {
+                break;
+            }
+        }
+        if !known {
             self.shift.refused(ShareRule::FILTER);
         }
         result.projection = HessianProjection::Absolute;
         if let Some(matrix) = &self.matrix {
             let change = self.change.get_or_insert_with(|| matrix.clone());
-            at.problem.hessian(at.x, result.projection, change);
+            match has_sides {
+                true => (at.problem).one_sided_hessian(at.x, result.projection, 1.0, change),
+                false => at.problem.hessian(at.x, result.projection, change),
+            }
             change.add_scaled(-1.0, matrix);
         }
         let mut added = 0.0;
@@ -291,6 +331,29 @@ impl<'d, const D: usize> Workspace<'d, D> {
         if !(current && projection == HessianProjection::None) {
             at.problem.hessian(at.x, projection, matrix);
         }
+        self.check_finite()
+    }
+
+    /// The exact tangent without this share of the negative curvature of one-sided parts.
+    fn assemble_one_sided<P: NonlinearProblem<D> + ?Sized>(
+        &mut self,
+        at: &At<'_, P>,
+        share: f64,
+    ) -> Result<(), NewtonFailure> {
+        if share == 0.0 {
+            return self.assemble(at, HessianProjection::None);
+        }
+        if let Some(matrix) = &mut self.matrix {
+            self.current = false;
+            (at.problem).one_sided_hessian(at.x, HessianProjection::None, share, matrix);
+        }
+        self.check_finite()
+    }
+
+    fn check_finite(&self) -> Result<(), NewtonFailure> {
+        let Some(matrix) = &self.matrix else {
+            return Ok(());
+        };
         let finite = |b: &[[f64; D]; D]| b.iter().flatten().all(|v| v.is_finite());
         match matrix.values().iter().position(|b| !finite(b)) {
             None => Ok(()),

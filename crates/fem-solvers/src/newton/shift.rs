@@ -7,6 +7,10 @@ pub(super) struct Shift {
     share: f64,
     /// What the share was before the exact matrix was tried again.
     before: f64,
+    /// How much of the negative curvature of parts that act on one side alone is left out.
+    one_sided: f64,
+    /// Steps for which that does not fall: what was just refused is not tried again at once.
+    held: u8,
 }
 
 /// How shares follow success and failure.
@@ -43,6 +47,37 @@ impl Shift {
     /// matrix converges fast.
     const CLOSE: f64 = 0.25;
 
+    /// What to begin with far from a solution: no negative curvature of one-sided parts.
+    pub const FAR: Self = Self {
+        share: 0.0,
+        before: 0.0,
+        one_sided: 1.0,
+        held: 0,
+    };
+    const HELD: u8 = 2;
+    /// What the share of one-sided parts falls to after a full step, and grows by after a refusal.
+    const ONE_SIDED_DECAY: f64 = 0.3;
+    const ONE_SIDED_GROWTH: f64 = 10.0;
+    /// Less than this is none, and the first after none.
+    const ONE_SIDED_LEAST: f64 = 0.05;
+    /// The exact matrix after a step that left so little of the gradient.
+    const AT_ONCE: f64 = 0.05;
+
+    /// How much of the negative curvature of one-sided parts is left out, 0 to 1.
+    pub fn one_sided(self) -> f64 {
+        self.one_sided
+    }
+
+    /// The matrix was not positive definite with what is left of one-sided parts; `false` when nothing
+    /// negative of them was left.
+    pub fn refused_one_sided(&mut self) -> bool {
+        let all = self.one_sided >= 1.0;
+        let more = Self::ONE_SIDED_GROWTH * self.one_sided;
+        self.one_sided = more.clamp(2.0 * Self::ONE_SIDED_LEAST, 1.0);
+        self.held = Self::HELD;
+        !all
+    }
+
     /// The share to try next; 0 for the matrix as it is.
     pub fn share(self) -> f64 {
         self.share
@@ -62,6 +97,16 @@ impl Shift {
     /// `gradient` of the gradient.
     pub fn stepped(&mut self, rule: ShareRule, t: f64, gradient: f64) {
         self.before = 0.0;
+        if self.held > 0 {
+            self.held -= 1;
+        } else if t >= 1.0 {
+            self.one_sided *= Self::ONE_SIDED_DECAY;
+        } else if t < 0.3 && self.one_sided > 0.0 {
+            self.one_sided = (Self::ONE_SIDED_GROWTH * self.one_sided).min(1.0);
+        }
+        if self.one_sided < Self::ONE_SIDED_LEAST || (self.held == 0 && gradient <= Self::AT_ONCE) {
+            self.one_sided = 0.0;
+        }
         if t == 1.0 && gradient <= Self::CLOSE {
             self.before = rule.decay * std::mem::take(&mut self.share);
         } else if t >= 1.0 {

@@ -1,7 +1,7 @@
 //! The Newton loop.
 
 use super::line_search::{Accepted, Start, search};
-use super::repair::Workspace;
+use super::repair::{Direction, Workspace};
 use super::shift::{ShareRule, Shift};
 use super::target::Target;
 use super::{
@@ -22,6 +22,9 @@ pub struct Newton<'d, const D: usize> {
 
 /// Roundings of `x` that the sums of a gradient are allowed to amount to.
 const ROUNDING_UNITS: f64 = 4.0;
+
+/// A start whose gradient is this share of its target or less is far from a solution.
+const FAR: f64 = 1e-5;
 
 /// Where a solve stands.
 struct State {
@@ -230,6 +233,9 @@ impl<'d, const D: usize> Newton<'d, D> {
             self.workspace.current = false;
             self.workspace.shift = Shift::default();
         }
+        if target.remaining(&state.gradient) < FAR {
+            self.workspace.shift = Shift::FAR;
+        }
         let mut last = NewtonIteration::start(state);
         loop {
             if self.watch.as_ref().is_some_and(|watch| watch.ends(&last)) {
@@ -273,12 +279,8 @@ impl<'d, const D: usize> Newton<'d, D> {
         if state.info.iterations >= params.max_iterations {
             return Err(NewtonFailure::NotConverged);
         }
-        let direction = self
-            .workspace
-            .direction(problem, x, &state.gradient, eta, params)?;
-        state.info.factorizations += direction.factorizations;
-        state.info.linear_iterations += direction.linear_iterations;
-        if direction.projection != HessianProjection::None || direction.shift > 0.0 {
+        let direction = self.prepared_direction(problem, x, eta, params, state)?;
+        if !direction.is_exact() {
             state.info.projected_steps += 1;
         }
         let start = Start {
@@ -322,6 +324,45 @@ impl<'d, const D: usize> Newton<'d, D> {
         })
     }
 
+    /// The direction of a step, downhill in the problem as it is prepared for that step.
+    fn prepared_direction(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+        eta: f64,
+        params: &NewtonParams,
+        state: &mut State,
+    ) -> Result<Direction, NewtonFailure> {
+        let mut direction = self.counted_direction(problem, x, eta, params, state)?;
+        if problem.prepare(x, &direction.dx) {
+            state.energy = problem.energy_and_gradient(x, &mut state.gradient);
+            state.energy_scale = state.energy_scale.max(state.energy.abs());
+            state.info.evaluations += 1;
+            state.info.gradient_norm = norm_inf(&state.gradient);
+            if !(dot(&state.gradient, &direction.dx) < 0.0) {
+                direction = self.counted_direction(problem, x, eta, params, state)?;
+            }
+        }
+        Ok(direction)
+    }
+
+    fn counted_direction(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+        eta: f64,
+        params: &NewtonParams,
+        state: &mut State,
+    ) -> Result<Direction, NewtonFailure> {
+        self.workspace.follow(problem);
+        let direction = self
+            .workspace
+            .direction(problem, x, &state.gradient, eta, params)?;
+        state.info.factorizations += direction.factorizations;
+        state.info.linear_iterations += direction.linear_iterations;
+        Ok(direction)
+    }
+
     /// Whether the Hessian at a stationary start is positive definite as it is: forces that cancel at
     /// a saddle are no equilibrium that lasts, and steps lead away from it.
     fn is_minimum(
@@ -342,7 +383,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         found.is_ok_and(|found| {
             state.info.factorizations += found.factorizations;
             state.info.linear_iterations += found.linear_iterations;
-            found.projection == HessianProjection::None && found.shift == 0.0
+            found.is_exact()
         })
     }
 

@@ -1,10 +1,11 @@
 //! Flesh against flesh.
 
 use super::carrier::{Carrier, Spread};
-use super::geometry::{Point, norm, sub};
-use super::pair::Pair;
+use super::geometry::Point;
+use super::pair::{Kind, Pair};
 use super::search::Search;
 use super::surface::Surface;
+use super::way::Way;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
 use crate::mesh::{EmbeddedPoint, SimplexMesh};
@@ -12,6 +13,18 @@ use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
 use fem_materials::HessianProjection;
 use std::ops::Range;
+
+/// The longest way along which pairs are looked for, in margins.
+const LONGEST: f64 = 8.0;
+
+/// Which pairs stay when pairs are looked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Kept {
+    /// Those that are found.
+    Found,
+    /// Those that push as well, so that the energy at the start of a step stays as it is.
+    Pushing,
+}
 
 /// How surfaces of flesh push each other away.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +35,8 @@ pub struct FleshContactParams {
     pub pressure: f64,
     /// How deep a point may lie behind a surface to be pushed out, meters.
     pub depth: f64,
-    /// How much nearer partners may come before pairs are looked for again, meters.
+    /// How much nearer partners may come than a step was meant to bring them before pairs are looked
+    /// for again, meters.
     pub margin: f64,
     /// Partners within so many edges of the surface are never pushed apart.
     pub neighbors: usize,
@@ -66,9 +80,8 @@ pub struct FleshContact {
     carrier: Carrier,
     pairs: Vec<Pair>,
     spreads: Vec<Spread>,
-    /// Where the vertices were when the pairs were found, and how far each may move from there.
-    found_at: Vec<[f64; 3]>,
-    free_way: Vec<f64>,
+    /// The way of the vertices along which the pairs were found.
+    found: Way,
 }
 
 impl FleshContact {
@@ -126,10 +139,10 @@ impl FleshContact {
             carrier,
             pairs: Vec::new(),
             spreads: Vec::new(),
-            found_at: Vec::new(),
-            free_way: Vec::new(),
+            found: Way::at(Vec::new()),
         };
-        contact.look(mesh.nodes());
+        let rest = contact.carrier.positions(mesh.nodes()).into_owned();
+        contact.look(Way::at(rest), Kept::Found);
         Ok(contact)
     }
 
@@ -148,36 +161,45 @@ impl FleshContact {
         self.pairs.iter().map(depth).fold(0.0, f64::max)
     }
 
+    fn points(&self) -> &[u32] {
+        &self.search.surface.points
+    }
+
+    /// How far a vertex may be from the way along which pairs were found.
+    fn free_way(&self) -> f64 {
+        0.5 * self.search.params.margin
+    }
+
     /// The vertices of a pair.
     fn at(&self, pair: &Pair, positions: &[Point]) -> [Point; 4] {
         pair.vertices.map(|v| self.carrier.position(v, positions))
     }
 
     /// Finds pairs; true when there are others than before.
-    fn look(&mut self, positions: &[Point]) -> bool {
-        let margin = self.search.params.margin;
-        let positions = self.carrier.positions(positions);
-        let found = self.search.pairs(&positions, margin);
-        let known = includes(&self.pairs, &found) && !self.leans_on_others(&found, &positions);
+    fn look(&mut self, way: Way, kept: Kept) -> bool {
+        let mut found = self.search.pairs(&way, self.search.params.margin);
+        let others = self.others_that_push(&found, &way.from);
+        let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
         if !known {
+            if kept == Kept::Pushing && !others.is_empty() {
+                found.extend(others);
+                found.sort_unstable_by_key(key);
+            }
             let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
             self.spreads = found.iter().map(spread).collect();
             self.pairs = found;
         }
-        self.found_at = positions.to_vec();
-        self.free_way = vec![0.5 * margin; self.found_at.len()];
+        self.found = way;
         !known
     }
 
-    /// Does a pair push that is none of those a fresh look has found? Which partners face each other
-    /// is decided by a look, so that pairs outlive their reason.
-    fn leans_on_others(&self, found: &[Pair], vertices: &[Point]) -> bool {
+    /// Pairs that push and are none of those a fresh look has found. Which partners face each other is
+    /// decided by a look, so that pairs outlive their reason.
+    fn others_that_push(&self, found: &[Pair], vertices: &[Point]) -> Vec<Pair> {
         let at = |pair: &Pair| pair.vertices.map(|v| vertices[v as usize]);
         let pushes = |pair: &&Pair| pair.energy(at(pair)) > 0.0;
-        self.pairs
-            .iter()
-            .filter(pushes)
-            .any(|pair| !has(found, pair))
+        let pushing = self.pairs.iter().filter(pushes);
+        pushing.filter(|pair| !has(found, pair)).copied().collect()
     }
 }
 
@@ -187,8 +209,11 @@ fn includes(many: &[Pair], few: &[Pair]) -> bool {
 }
 
 fn has(sorted: &[Pair], pair: &Pair) -> bool {
-    let key = |p: &Pair| (p.kind, p.vertices);
     sorted.binary_search_by_key(&key(pair), key).is_ok()
+}
+
+fn key(pair: &Pair) -> (Kind, [u32; 4]) {
+    (pair.kind, pair.vertices)
 }
 
 impl Term<3> for FleshContact {
@@ -235,44 +260,31 @@ impl Term<3> for FleshContact {
         true
     }
     fn renew(&mut self, at: Configuration<3>) -> bool {
-        let vertices = self.carrier.positions(at.positions());
-        let near = self.search.pairs(&vertices, 0.0);
-        let moved = |&v: &u32| {
-            let v = v as usize;
-            2.0 * norm(sub(vertices[v], self.found_at[v])) > self.free_way[v]
-        };
-        let settled = includes(&self.pairs, &near) && !self.leans_on_others(&near, &vertices);
-        if settled && !self.search.surface.points.iter().any(moved) {
-            return false;
-        }
-        self.look(at.positions())
+        let vertices = self.carrier.positions(at.positions()).into_owned();
+        let here = Way::at(vertices);
+        let near = self.search.pairs(&here, 0.0);
+        let settled = includes(&self.pairs, &near)
+            && self.others_that_push(&near, &here.from).is_empty()
+            && self
+                .found
+                .holds(&here.from, self.points(), 0.5 * self.free_way());
+        !settled && self.look(here, Kept::Found)
     }
-    /// No vertex may leave the ball in which everything near it was found.
+    fn renew_along(&mut self, at: Configuration<3>, displacement: &[[f64; 3]]) -> bool {
+        let from = self.carrier.positions(at.positions()).into_owned();
+        let step = self.carrier.positions(displacement);
+        let longest = LONGEST * self.search.params.margin;
+        let way = Way::along(from, &step, self.points(), longest);
+        self.look(way, Kept::Pushing)
+    }
+    /// No vertex may leave the tube in which everything near it was found.
     fn covered_step(&self, at: Configuration<3>, displacement: &[[f64; 3]]) -> f64 {
-        let of = |&vertex: &u32| {
-            let v = vertex as usize;
-            let from = sub(
-                self.carrier.position(vertex, at.positions()),
-                self.found_at[v],
-            );
-            let way = self.carrier.position(vertex, displacement);
-            leaves_ball(from, way, self.free_way[v])
-        };
-        let points = self.search.surface.points.iter();
-        points.map(of).fold(f64::INFINITY, f64::min)
+        let from = self.carrier.positions(at.positions());
+        let step = self.carrier.positions(displacement);
+        self.found
+            .left_after(&from, &step, self.points(), self.free_way())
     }
-}
-
-/// The t ≥ 0 at which from + t d has the given length; 0 when it is outside.
-fn leaves_ball(from: [f64; 3], d: [f64; 3], radius: f64) -> f64 {
-    let dot = super::geometry::dot;
-    let (a, b, c) = (dot(d, d), dot(from, d), dot(from, from) - radius * radius);
-    if !(c < 0.0) {
-        return 0.0;
-    }
-    if a > 0.0 {
-        -c / (b + (b * b - a * c).sqrt())
-    } else {
-        f64::INFINITY
+    fn one_sided(&self) -> bool {
+        true
     }
 }

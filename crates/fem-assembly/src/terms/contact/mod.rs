@@ -12,6 +12,7 @@ mod search;
 mod solid;
 mod surface;
 mod tree;
+mod way;
 
 pub use distance::{Jet, SampledDistance};
 pub use flesh::{FleshContact, FleshContactParams};

@@ -327,6 +327,9 @@ impl Term<3> for RigidContact {
             }
         }
     }
+    fn one_sided(&self) -> bool {
+        true
+    }
     fn largest_step(
         &self,
         at: Configuration<3>,

@@ -5,6 +5,7 @@ use super::geometry::{Aabb, Point, cross, dot, nearest_on_triangle, norm, segmen
 use super::pair::{BAND, Kind, Pair};
 use super::surface::{Normals, Surface};
 use super::tree::BoxTree;
+use super::way::Way;
 use fem_solvers::parallel::map;
 
 /// Of the normals of two edges, how much must lie along their common perpendicular.
@@ -28,6 +29,7 @@ pub(crate) struct Search {
 
 /// One look at a configuration.
 struct Look<'a> {
+    way: &'a Way,
     positions: &'a [Point],
     normals: Normals,
     /// How much wider than what is felt.
@@ -38,10 +40,11 @@ impl Search {
     pub fn new(surface: Surface, params: FleshContactParams) -> Self {
         let rest = surface.rest.clone();
         let normals = surface.normals(&rest);
+        let still = Way::at(rest.clone());
         let mut search = Self {
             clearance: vec![params.activation; rest.len()],
-            triangle_tree: BoxTree::new(&surface.triangle_boxes(&rest)),
-            edge_tree: BoxTree::new(&surface.edge_boxes(&rest)),
+            triangle_tree: BoxTree::new(&surface.triangle_boxes(&still)),
+            edge_tree: BoxTree::new(&surface.edge_boxes(&still)),
             rest_triangles: normals.triangles,
             rest_edges: normals.edges,
             surface,
@@ -51,10 +54,10 @@ impl Search {
         search
     }
 
-    /// Pairs that feel something in this configuration or would if their partners came nearer by
-    /// `margin`, meters; sorted by kind and vertices.
-    pub fn pairs(&mut self, positions: &[Point], margin: f64) -> Vec<Pair> {
-        let mut pairs = self.looked(positions, margin, &|search, look, kind, a, b| {
+    /// Pairs that feel something at the start of a way, or would if their partners came nearer by as
+    /// much as they move against each other on it and by `margin`, meters; sorted by kind and vertices.
+    pub fn pairs(&mut self, way: &Way, margin: f64) -> Vec<Pair> {
+        let mut pairs = self.looked(way, margin, &|search, look, kind, a, b| {
             search.candidate(look, kind, a, b)
         });
         pairs.sort_unstable_by_key(|p| (p.kind, p.vertices));
@@ -64,23 +67,24 @@ impl Search {
     /// What is found in the pairs (point, triangle) and (edge, edge) whose boxes are near.
     fn looked<T: Send>(
         &mut self,
-        positions: &[Point],
+        way: &Way,
         margin: f64,
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
-        self.triangle_tree
-            .fit(&self.surface.triangle_boxes(positions));
-        let boxes = self.surface.edge_boxes(positions);
+        self.triangle_tree.fit(&self.surface.triangle_boxes(way));
+        let boxes = self.surface.edge_boxes(way);
         self.edge_tree.fit(&boxes);
         let search = &*self;
+        let positions = &way.from;
         let look = Look {
+            way,
             positions,
             normals: self.surface.normals(positions),
             margin,
         };
         let reach = self.params.activation.max(self.params.depth) + margin;
         let of_point = |&node: &u32| {
-            let around = Aabb::around([positions[node as usize]]).grown(reach);
+            let around = Aabb::around(way.ends(node)).grown(reach);
             let near = search.triangle_tree.near(&around).into_iter();
             near.filter_map(|t| found(search, &look, Kind::Point, node as usize, t as usize))
                 .collect::<Vec<T>>()
@@ -100,19 +104,23 @@ impl Search {
     fn measure_clearance(&mut self, rest: &[Point]) {
         // As deep as `pairs` looks: what lies that far behind at rest must not push there either.
         let FleshContactParams { depth, margin, .. } = self.params;
-        let found = self.looked(rest, margin, &|search, look, kind, a, b| {
-            let pair = search.facing(look, kind, a, b)?;
-            let x = pair.vertices.map(|n| look.positions[n as usize]);
-            let (gap, weight) = pair.gap(x);
-            let clearance = if weight > 0.0 {
-                gap
-            } else if kind == Kind::Point {
-                norm(sub(x[0], nearest_on_triangle(x[0], [x[1], x[2], x[3]])))
-            } else {
-                segment_distance([x[0], x[1]], [x[2], x[3]])
-            };
-            (clearance >= -depth - margin).then_some((pair.vertices, clearance))
-        });
+        let found = self.looked(
+            &Way::at(rest.to_vec()),
+            margin,
+            &|search, look, kind, a, b| {
+                let pair = search.facing(look, kind, a, b)?;
+                let x = pair.vertices.map(|n| look.positions[n as usize]);
+                let (gap, weight) = pair.gap(x);
+                let clearance = if weight > 0.0 {
+                    gap
+                } else if kind == Kind::Point {
+                    norm(sub(x[0], nearest_on_triangle(x[0], [x[1], x[2], x[3]])))
+                } else {
+                    segment_distance([x[0], x[1]], [x[2], x[3]])
+                };
+                (clearance >= -depth - margin).then_some((pair.vertices, clearance))
+            },
+        );
         for (vertices, clearance) in found {
             for n in vertices {
                 let known = &mut self.clearance[n as usize];
@@ -129,9 +137,12 @@ impl Search {
         } else {
             on_edges(pair.kind, x)
         };
-        let high = pair.activation + look.margin;
+        let partners = if pair.kind == Kind::Point { 1 } else { 2 };
+        let (first, second) = pair.vertices.split_at(partners);
+        let margin = look.margin + look.way.change_between(first, second);
+        let high = pair.activation + margin;
         let near = gap <= high && gap >= -self.params.depth - look.margin;
-        let over = |(share, size): (&f64, &f64)| *share >= -BAND - look.margin / size;
+        let over = |(share, size): (&f64, &f64)| *share >= -BAND - margin / size;
         (near && shares.iter().zip(&sizes).all(over)).then_some(pair)
     }
 

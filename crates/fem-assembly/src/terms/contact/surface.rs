@@ -1,7 +1,9 @@
 //! A surface that may touch itself: its points, triangles and edges with what stays as it is at rest.
 
 use super::carrier::Carrier;
-use super::geometry::{Aabb, Point, add, cross, norm, scale, solid_angle, sub, unit};
+use super::geometry::{Aabb, Point, add, cross, norm, scale, sub, unit};
+use super::solid::Solid;
+use super::way::Way;
 use crate::error::AssemblyError;
 use crate::mesh::SimplexMesh;
 use fem_solvers::parallel::map;
@@ -91,15 +93,9 @@ impl Surface {
             Carrier::Nodes => 1.0,
             Carrier::Points(_) => 1.5,
         };
-        let winding = |&vertex: &u32| {
-            let p = self.rest[vertex as usize];
-            let own = |f: &[u32; 3]| matches!(carrier, Carrier::Nodes) && f.contains(&vertex);
-            let around = faces.iter().filter(|f| !own(f));
-            let angle: f64 = around
-                .map(|f| solid_angle(p, self.corners(mesh.nodes(), f)))
-                .sum();
-            angle / (4.0 * std::f64::consts::PI)
-        };
+        // A corner of a face sees nothing of it.
+        let whole = Solid::new(mesh.nodes(), &faces);
+        let winding = |&vertex: &u32| whole.winding(self.rest[vertex as usize]);
         let windings: Vec<f64> = map(self.points.iter().collect(), winding);
         for (&vertex, winding) in self.points.iter().zip(windings) {
             buried[vertex as usize] = winding > most;
@@ -139,17 +135,14 @@ impl Surface {
         }
     }
 
-    /// Boxes of the triangles, with the bands around them.
-    pub fn triangle_boxes(&self, positions: &[Point]) -> Vec<Aabb> {
-        let around = |t: &[u32; 3]| banded(Aabb::around(self.corners(positions, t)));
-        self.triangles.iter().map(around).collect()
+    /// Boxes of the triangles on their way, with the bands around them.
+    pub fn triangle_boxes(&self, way: &Way) -> Vec<Aabb> {
+        self.triangles.iter().map(|t| around(t, way)).collect()
     }
 
-    /// Boxes of the edges, with the bands at their ends.
-    pub fn edge_boxes(&self, positions: &[Point]) -> Vec<Aabb> {
-        let ends = |e: &Edge| e.nodes.map(|n| positions[n as usize]);
-        let around = |e: &Edge| banded(Aabb::around(ends(e)));
-        self.edges.iter().map(around).collect()
+    /// Boxes of the edges on their way, with the bands at their ends.
+    pub fn edge_boxes(&self, way: &Way) -> Vec<Aabb> {
+        self.edges.iter().map(|e| around(&e.nodes, way)).collect()
     }
 
     /// The middle of an edge.
@@ -159,7 +152,8 @@ impl Surface {
     }
 }
 
-fn banded(around: Aabb) -> Aabb {
+fn around(vertices: &[u32], way: &Way) -> Aabb {
+    let around = Aabb::around(vertices.iter().flat_map(|&v| way.ends(v)));
     around.grown(super::pair::BAND * norm(sub(around.high, around.low)))
 }
 
