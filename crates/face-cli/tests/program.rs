@@ -133,6 +133,13 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
     assert!(left < 0.0 && (left - right).abs() < 1e-6 * left.abs());
     assert!(torques.get("frontalis_medial_L").is_none());
     assert!(results["largest_displacement_mm"].as_f64().unwrap() > 2.0);
+    let evaluated = &results["evaluations"];
+    let count = |of: &str, pass: &str| evaluated[of][pass].as_u64().unwrap();
+    // Every step assembles once and more for each filtered try; muscles that pull are evaluated.
+    let (elements, fibers) = (count("elements", "hessians"), count("fibers", "hessians"));
+    assert!(elements >= 1000 * results["newton_steps"].as_u64().unwrap());
+    assert!(fibers > 0 && fibers < elements);
+    assert!(count("contacts", "gradients") > 0 && evaluated["searches"].as_u64().unwrap() > 0);
     for name in [
         "pose.vtu",
         "pose.obj",
@@ -266,6 +273,17 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         let (before, after) = (&frame["rms_before_mm"], &frame["rms_after_mm"]);
         assert!(after.as_f64().unwrap() < 0.1 * before.as_f64().unwrap());
         assert_eq!(frame["inverted_tets"], 0);
+        let work = &frame["work"];
+        let count = |of: &str| work[of].as_u64().unwrap();
+        assert!(count("equilibria") > 0 && count("right_hand_sides") > 0);
+        assert!(
+            work["evaluations"]["elements"]["gradients"]
+                .as_u64()
+                .unwrap()
+                > 0
+        );
+        // This scene touches nothing.
+        assert_eq!(work["evaluations"]["contacts"]["gradients"], 0);
         assert!(at.join(format!("out/frame {}.vtu", k + 1)).is_file());
     }
     let phases = report["phase_seconds"].as_object().unwrap();

@@ -8,7 +8,7 @@ use face_rig::anatomy::JawJoint;
 use face_rig::fit::{
     FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization, Similarity,
 };
-use face_rig::rig::{AffineMap, Rig};
+use face_rig::rig::{AffineMap, Rig, Work};
 use fem_solvers::GaussNewtonFailure;
 use std::collections::BTreeMap;
 
@@ -45,6 +45,8 @@ pub struct ExpressionFit {
     pub largest_mm: f64,
     /// Steps.
     pub iterations: usize,
+    /// What it took.
+    pub work: Work,
     /// Seconds.
     pub seconds: f64,
     /// Why it stopped, or why it failed.
@@ -137,7 +139,7 @@ pub fn fit_expression(
     start: &[f64],
     observer: &mut dyn FnMut(&FitIteration),
 ) -> Result<ExpressionFit, FitError> {
-    let begin = Stopwatch::start();
+    let (begin, before) = (Stopwatch::start(), rig.work());
     let goals = goals(scene, target, seen);
     let fitter = goals.fitter(map, params);
     let (report, outcome) = match fitter.fit(rig, start, observer) {
@@ -179,6 +181,7 @@ pub fn fit_expression(
         rms_after_mm: last.map_or(f64::NAN, |i| i.rms_mm),
         largest_mm: last.map_or(f64::NAN, |i| i.largest_mm),
         iterations: last.map_or(0, |i| i.iteration),
+        work: rig.work() - before,
         seconds: begin.elapsed().as_secs_f64(),
         outcome,
         jaw_pose,

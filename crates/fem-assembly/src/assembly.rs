@@ -3,6 +3,7 @@
 use crate::configuration::Configuration;
 use crate::dofs::Dofs;
 use crate::error::AssemblyError;
+use crate::evaluations::{Counter, Evaluations, Pass};
 use crate::plan::{Chunk, Piece, Summand, Work};
 use crate::rest::RestElements;
 use crate::scales;
@@ -34,6 +35,7 @@ pub struct Assembly<const D: usize> {
     pub(crate) prescribed_pieces: Vec<Piece>,
     pub(crate) controls: usize,
     pub(crate) force_scales: OnceLock<Option<Vec<f64>>>,
+    pub(crate) counter: Counter,
 }
 
 impl<const D: usize> std::fmt::Debug for Assembly<D> {
@@ -84,6 +86,10 @@ impl<const D: usize> Assembly<D> {
             .get_or_init(|| scales::of(self))
             .as_deref()
     }
+    /// What has been evaluated so far.
+    pub fn evaluations(&self) -> Evaluations {
+        self.counter.read()
+    }
     /// Rest volume of each element, m³ (m² in 2D).
     pub fn volumes(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         (0..self.elements.len()).map(|e| self.elements.volume(e))
@@ -123,18 +129,18 @@ impl<const D: usize> Assembly<D> {
 
     /// Energy of everything, prescribed elements included, joules; +∞ outside a term's domain.
     pub fn energy(&self, at: Configuration<D>) -> f64 {
-        let prescribed = self.energies(at, &self.prescribed_pieces);
+        let prescribed = self.energies(at, false);
         self.free_energy(at) + self.sum(&prescribed, false)
     }
 
     /// Energy of the stencils that free nodes feel, joules: what an equilibrium minimizes.
     pub fn free_energy(&self, at: Configuration<D>) -> f64 {
-        self.sum(&self.energies(at, &self.free_pieces), true)
+        self.sum(&self.energies(at, true), true)
     }
 
     /// The first element (in mesh order) whose energy is not finite.
     pub fn element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
-        let free = self.outside(&self.energies(at, &self.free_pieces));
+        let free = self.outside(&self.energies(at, true));
         let prescribed = self.prescribed_element_outside_domain(at);
         free.into_iter().chain(prescribed).min()
     }
@@ -142,7 +148,7 @@ impl<const D: usize> Assembly<D> {
     /// The first element (in mesh order) without a free node whose energy is not finite: nothing that
     /// an equilibrium could find would mend it.
     pub fn prescribed_element_outside_domain(&self, at: Configuration<D>) -> Option<usize> {
-        self.outside(&self.energies(at, &self.prescribed_pieces))
+        self.outside(&self.energies(at, false))
     }
 
     fn outside(&self, energies: &[f64]) -> Option<usize> {
@@ -157,6 +163,7 @@ impl<const D: usize> Assembly<D> {
 
     /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
     pub fn gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
+        self.count(Pass::Gradient, |summand| summand.felt);
         let energies = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
@@ -171,6 +178,7 @@ impl<const D: usize> Assembly<D> {
     /// Σₛ |∂eₛ/∂x| for each unknown, newtons: the forces whose sum [`Assembly::gradient`] is; its
     /// rounding is ε times a few of them.
     pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
+        self.count(Pass::Gradient, |summand| summand.felt);
         let mut sums = vec![0.0; self.dofs.unknowns()];
         self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
@@ -182,6 +190,7 @@ impl<const D: usize> Assembly<D> {
     /// Nodal forces f = −∂E/∂x at every node, prescribed ones included, newtons: at equilibrium the
     /// reaction that a prescribed node exerts on the body is −f.
     pub fn forces_everywhere(&self, at: Configuration<D>) -> Vec<[f64; D]> {
+        self.count(Pass::Gradient, Summand::all);
         let mut forces = self.everywhere(|summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
@@ -197,6 +206,7 @@ impl<const D: usize> Assembly<D> {
         at: Configuration<D>,
         displacement: &[[f64; D]],
     ) -> Vec<[f64; D]> {
+        self.count(Pass::Product, Summand::all);
         self.everywhere(|summand, stencils, sink| {
             summand
                 .term
@@ -216,6 +226,7 @@ impl<const D: usize> Assembly<D> {
         projection: HessianProjection,
         hessian: &mut BlockSymmetric<D>,
     ) {
+        self.count(Pass::Hessian(projection), |summand| summand.felt);
         self.hessian_by_term(at, |_| [(projection, 1.0), (projection, 0.0)], hessian);
     }
 
@@ -233,6 +244,16 @@ impl<const D: usize> Assembly<D> {
             true => [(clamp, share), (none, 1.0 - share)],
             false => [(others, 1.0), (others, 0.0)],
         };
+        let felt_by = |summand: &Summand<D>, one_sided: bool| match summand.term.one_sided() {
+            own if own == one_sided => summand.felt,
+            _ => 0,
+        };
+        self.count(Pass::Hessian(others), |summand| felt_by(summand, false));
+        for (projection, weight) in [(clamp, share), (none, 1.0 - share)] {
+            if weight != 0.0 {
+                self.count(Pass::Hessian(projection), |summand| felt_by(summand, true));
+            }
+        }
         self.hessian_by_term(at, of, hessian);
     }
 
@@ -286,6 +307,7 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
         product: &mut [f64],
     ) {
+        self.count(Pass::Product, |summand| summand.felt);
         self.by_rows(product, Summed::AsTheyAre, |summand, stencils, sink| {
             summand
                 .term
@@ -399,6 +421,12 @@ impl<const D: usize> Assembly<D> {
         sums
     }
 
+    fn count(&self, pass: Pass, stencils: impl Fn(&Summand<D>) -> u64) {
+        for summand in &self.summands {
+            self.counter.add(pass, summand.cost, stencils(summand));
+        }
+    }
+
     fn clear_prescribed_axes(&self, rows: &mut [f64]) {
         for &(row, axis) in self.dofs.prescribed_axes() {
             rows[D * row as usize + axis] = 0.0;
@@ -433,8 +461,17 @@ impl<const D: usize> Assembly<D> {
         }
     }
 
-    /// Energy of each stencil of each term; 0 in those outside the pieces.
-    fn energies(&self, at: Configuration<D>, pieces: &[Piece]) -> Vec<f64> {
+    /// Energy of each stencil that a free node feels, or of each of the others; what is not asked for
+    /// may be 0.
+    fn energies(&self, at: Configuration<D>, free: bool) -> Vec<f64> {
+        let pieces = match free {
+            true => &self.free_pieces,
+            false => &self.prescribed_pieces,
+        };
+        self.count(Pass::Energy, |summand| match free {
+            true => summand.felt,
+            false => summand.all() - summand.felt,
+        });
         let mut energies = vec![0.0; self.free.len()];
         let (mut rest, mut done) = (energies.as_mut_slice(), 0);
         let mut outputs = Vec::with_capacity(pieces.len());

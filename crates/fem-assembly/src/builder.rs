@@ -4,6 +4,7 @@ use crate::assembly::Assembly;
 use crate::dofs::Dofs;
 use crate::element_group::Entry;
 use crate::error::AssemblyError;
+use crate::evaluations::Counter;
 use crate::mesh::{QuadraticMesh, SimplexMesh};
 use crate::plan::{self, Chunk, Summand};
 use crate::rest::RestElements;
@@ -135,6 +136,8 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         }
         self.controls = self.controls.max(term.controls());
         self.summands.push(Summand {
+            cost: term.cost(),
+            felt: 0,
             term: Box::new(term),
             stencils,
             first_energy,
@@ -219,7 +222,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             dofs,
             rest,
             elements,
-            summands,
+            mut summands,
             controls,
             ..
         } = self;
@@ -234,7 +237,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
                 Chunk { rows, works }
             })
             .collect();
-        let free = plan::free(&summands, &dofs);
+        let free = plan::free(&mut summands, &dofs);
         Ok(Assembly {
             free_pieces: plan::pieces(&summands, &free, true),
             prescribed_pieces: plan::pieces(&summands, &free, false),
@@ -247,6 +250,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             summands,
             controls,
             force_scales: std::sync::OnceLock::new(),
+            counter: Counter::default(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::configuration::Configuration;
 use crate::element::{ElementBatch, LANES};
+use crate::evaluations::{StencilCost, StencilKind};
 use crate::rest::RestElements;
 use crate::shape::ElementShape;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
@@ -457,6 +458,18 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
             batches: self.batches(&stencils),
             sink,
         });
+    }
+    fn cost(&self) -> StencilCost {
+        let points = self.batches.first();
+        let points = points.map_or(0, |batch| batch.points.as_ref().len() as u64);
+        StencilCost {
+            kind: match M::CONTROL {
+                Some(_) => StencilKind::Fiber,
+                None => StencilKind::Element,
+            },
+            decompositions: points * u64::from(M::DECOMPOSES),
+            filter_decompositions: points * u64::from(M::FILTER_DECOMPOSES),
+        }
     }
     fn element(&self, stencil: usize) -> Option<usize> {
         Some(self.elements[stencil] as usize)

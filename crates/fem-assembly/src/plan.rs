@@ -6,6 +6,7 @@
 
 use crate::dofs::{Dofs, PRESCRIBED};
 use crate::error::AssemblyError;
+use crate::evaluations::StencilCost;
 use crate::sink::{NONE, TRANSPOSED, pair};
 use crate::term::{NOBODY, Stencils, Term};
 use fem_solvers::BlockPattern;
@@ -25,6 +26,17 @@ pub(crate) struct Summand<const D: usize> {
     pub stencils: Stencils,
     /// Place of its first stencil in lists over the stencils of all terms.
     pub first_energy: usize,
+    /// What an evaluation of a stencil counts as.
+    pub cost: StencilCost,
+    /// How many stencils a free node feels.
+    pub felt: u64,
+}
+
+impl<const D: usize> Summand<D> {
+    /// How many stencils there are.
+    pub fn all(&self) -> u64 {
+        self.stencils.count() as u64
+    }
 }
 
 /// Consecutive matrix rows and the stencils that touch them, one entry for each term.
@@ -111,13 +123,15 @@ impl Stencils {
     }
 }
 
-/// Is each stencil of each term felt by a free node?
-pub(crate) fn free<const D: usize>(summands: &[Summand<D>], dofs: &Dofs<D>) -> Vec<bool> {
-    let of = |s: &Summand<D>| {
-        let first = |k| s.stencils.first_row(k, dofs) != PRESCRIBED;
-        (0..s.stencils.count()).map(first).collect::<Vec<_>>()
-    };
-    summands.iter().flat_map(of).collect()
+/// Is each stencil of each term felt by a free node? Counts those that are.
+pub(crate) fn free<const D: usize>(summands: &mut [Summand<D>], dofs: &Dofs<D>) -> Vec<bool> {
+    let mut free = Vec::new();
+    for summand in summands {
+        let (stencils, before) = (&summand.stencils, free.len());
+        free.extend((0..stencils.count()).map(|k| stencils.first_row(k, dofs) != PRESCRIBED));
+        summand.felt = free[before..].iter().filter(|&&felt| felt).count() as u64;
+    }
+    free
 }
 
 /// The batches that hold a stencil with `free` as wanted, in pieces of about equal size.

@@ -44,6 +44,9 @@ impl<const D: usize> Assembly<D> {
         &mut self,
         mut look: impl FnMut(&mut dyn Term<D>) -> bool,
     ) -> Result<bool, AssemblyError> {
+        if self.changes() {
+            self.counter.searched();
+        }
         let mut changed = vec![false; self.summands.len()];
         let mut stencils = 0;
         for (index, summand) in self.summands.iter_mut().enumerate() {
@@ -80,7 +83,7 @@ impl<const D: usize> Assembly<D> {
                 }
             }
         }
-        self.free = plan::free(&self.summands, &self.dofs);
+        self.free = plan::free(&mut self.summands, &self.dofs);
         self.free_pieces = plan::pieces(&self.summands, &self.free, true);
         self.prescribed_pieces = plan::pieces(&self.summands, &self.free, false);
         Ok(())

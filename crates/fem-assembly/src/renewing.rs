@@ -16,6 +16,8 @@ use std::sync::Arc;
 const SAFE: f64 = 0.95;
 /// A step of which what is covered is so many times longer is one of the last.
 const NEAR_THE_END: f64 = 10.0;
+/// Looks before the last steps of a solve's first part.
+const EARLY_LOOKS: usize = 2;
 /// Looks at which stencils without a reason leave; from then on they stay, so that energies fall.
 const MOST_LOOKS: usize = 20;
 /// Rounds at one converged state: two sets of stencils that call for each other must end.
@@ -77,6 +79,8 @@ struct Renewing<'a, const D: usize> {
     looks: Cell<usize>,
     /// Was the last step one of the last?
     ends: Cell<bool>,
+    /// Looks before the last steps that are left.
+    early: Cell<usize>,
     failed: RefCell<Option<AssemblyError>>,
 }
 
@@ -164,6 +168,8 @@ fn part<const D: usize>(
         analyses: Cell::new(0),
         looks: Cell::new(0),
         ends: Cell::new(false),
+        // Two sets of stencils that call for each other are met by the rounds.
+        early: Cell::new(if done.info.is_none() { EARLY_LOOKS } else { 0 }),
         failed: RefCell::new(None),
     };
     let mut first = None;
@@ -274,10 +280,13 @@ impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
         let along = !(covered >= 1.0);
         // What the end will ask for is cheaper to have before the last steps than after them.
         let ends = covered >= NEAR_THE_END && covered < f64::INFINITY;
-        let asks = along || (ends && !self.ends.get());
+        let early = ends && !self.ends.get() && self.early.get() > 0;
         self.ends.set(ends);
-        if !asks {
+        if !(along || early) {
             return false;
+        }
+        if !along {
+            self.early.set(self.early.get() - 1);
         }
         self.looks(x, dx, along).unwrap_or_else(|error| {
             // No step leads on from here: `largest_step` sees to it.

@@ -1,6 +1,7 @@
 //! What an energy must tell so that it can be one of the terms of a sum.
 
 use crate::configuration::Configuration;
+use crate::evaluations::StencilCost;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use fem_materials::HessianProjection;
 use std::ops::Range;
@@ -101,6 +102,11 @@ pub trait Term<const D: usize>: Send + Sync {
     /// energy at x + τ δx for all 0 ≤ τ < t.
     fn covered_step(&self, _at: Configuration<D>, _displacement: &[[f64; D]]) -> f64 {
         f64::INFINITY
+    }
+
+    /// What one evaluation of a stencil is, for the counts of a report.
+    fn cost(&self) -> StencilCost {
+        StencilCost::default()
     }
 
     /// The mesh element that a stencil belongs to, if any: errors name it.

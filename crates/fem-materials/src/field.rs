@@ -1,6 +1,6 @@
 //! Materials whose parameters differ from element to element.
 
-use crate::material::{Evaluation, Material};
+use crate::material::{Evaluation, Material, Symmetry};
 use fem_kinematics::{HessianProjection, Mat, Real, Tensor4};
 
 /// Most numbers that the local parameters of one element may have.
@@ -56,6 +56,12 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
     /// The place among the local numbers that a control sets, if any: a muscle's activation. ψ is
     /// affine in that number.
     const CONTROL: Option<usize> = None;
+
+    /// Whether every evaluation decomposes F into rotations and stretches.
+    const DECOMPOSES: bool = false;
+
+    /// Whether a filtered derivative does.
+    const FILTER_DECOMPOSES: bool = false;
 
     /// ψ(F; p), joules per cubic meter of rest volume (per square meter in 2D).
     fn energy<T: Real>(&self, local: &Self::Local<T>, F: &Mat<T, D>) -> T;
@@ -119,6 +125,8 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
 
 impl<const D: usize, M: Material<D>> MaterialField<D> for M {
     type Local<T: Real> = ();
+    const DECOMPOSES: bool = M::DECOMPOSES;
+    const FILTER_DECOMPOSES: bool = M::DECOMPOSES || matches!(M::SYMMETRY, Symmetry::Isotropic);
 
     #[inline(always)]
     fn energy<T: Real>(&self, (): &(), F: &Mat<T, D>) -> T {
@@ -178,6 +186,8 @@ pub struct ScaledMaterial<M>(pub M);
 
 impl<const D: usize, M: Material<D>> MaterialField<D> for ScaledMaterial<M> {
     type Local<T: Real> = Local1<T>;
+    const DECOMPOSES: bool = M::DECOMPOSES;
+    const FILTER_DECOMPOSES: bool = <M as MaterialField<D>>::FILTER_DECOMPOSES;
 
     #[inline(always)]
     fn energy<T: Real>(&self, s: &Local1<T>, F: &Mat<T, D>) -> T {
@@ -241,6 +251,8 @@ where
     M: MaterialField<D, Local<f64> = P> + Copy,
     P: LocalParameters<f64>,
 {
+    const DECOMPOSES: bool = M::DECOMPOSES;
+
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {
         self.field.energy(&self.splat::<T, _>(), F)

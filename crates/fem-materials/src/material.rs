@@ -36,6 +36,9 @@ pub struct Evaluation<T, const D: usize> {
 pub trait Material<const D: usize>: Copy + Send + Sync {
     /// Whether the rest shape has preferred directions.
     const SYMMETRY: Symmetry = Symmetry::Anisotropic;
+    /// Whether every evaluation decomposes F into rotations and stretches; a filtered derivative of an
+    /// isotropic model does in any case.
+    const DECOMPOSES: bool = false;
 
     /// ψ(F), joules per cubic meter of rest volume (per square meter in 2D).
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T;

@@ -14,6 +14,7 @@ pub struct Outlined<M>(pub M);
 
 impl<const D: usize, M: Material<D>> Material<D> for Outlined<M> {
     const SYMMETRY: Symmetry = M::SYMMETRY;
+    const DECOMPOSES: bool = M::DECOMPOSES;
 
     #[inline(never)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {

@@ -24,6 +24,7 @@ impl<const D: usize, M: Material<D>, N: Material<D>> Material<D> for Sum<M, N> {
         (Symmetry::Isotropic, Symmetry::Isotropic) => Symmetry::Isotropic,
         _ => Symmetry::Anisotropic,
     };
+    const DECOMPOSES: bool = M::DECOMPOSES || N::DECOMPOSES;
 
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {

@@ -57,7 +57,8 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
     };
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
         "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
-    let results = json!({ "rows": points.dim(), "columns": names, "route": route });
+    let results =
+        json!({ "rows": points.dim(), "columns": names, "route": route, "work": rig.work() });
     let report = out.report("jacobian", settings, results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;

@@ -122,6 +122,7 @@ impl Found {
             "energy_joules": self.energy,
             "newton_steps": work.newton_steps, "equilibria": work.equilibria,
             "factorizations": work.factorizations, "linear_iterations": work.linear_iterations,
+            "evaluations": work.evaluations,
             "smallest_det_F": self.smallest, "inverted_tets": self.inverted,
             "largest_displacement_mm": self.largest_mm,
         })

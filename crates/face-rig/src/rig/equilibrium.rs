@@ -5,8 +5,9 @@ mod prediction;
 use self::prediction::Change;
 use super::control::{Control, Controls};
 use super::error::{PartError, RigError};
-use super::jacobian::Sensitivity;
+use super::jacobian::{Sensitivity, Solved};
 use super::parameters::Parameters;
+use super::work::Work;
 use crate::stopwatch::Stopwatch;
 use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
 use fem_solvers::{
@@ -15,7 +16,7 @@ use fem_solvers::{
     follow_path,
 };
 use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A face that can be posed: flesh with muscles, clamped to a cranium and a jaw.
 ///
@@ -31,6 +32,8 @@ pub struct Rig {
     solved: Equilibrium,
     tangent: Option<Tangent>,
     work: Work,
+    /// Right-hand sides of derivatives.
+    right_hand_sides: AtomicUsize,
     /// Are equilibria found by [`Multilevel`]?
     multigrid: bool,
 }
@@ -58,6 +61,10 @@ pub struct RigParams {
     /// Whether equilibria are found with conjugate gradients on a multigrid hierarchy in place of
     /// [`NewtonParams::linear_solver`]; derivatives are factored in any case.
     pub multigrid: MultigridUse,
+    /// Flops of a factorization above which [`LinearSolver::DirectSingle`] stands in for
+    /// [`LinearSolver::Direct`]: its factor serves later steps and neighboring poses as long as a few
+    /// conjugate gradient iterations on it suffice. ∞ for never.
+    pub keeps_factor_above: f64,
 }
 
 /// When a rig uses [`MultigridDirection`].
@@ -89,6 +96,8 @@ impl Default for RigParams {
             refuses_inverted: false,
             // A fit factors every pose for its derivatives, which also predicts the next.
             multigrid: MultigridUse::Never,
+            // A factor of less is made in the time of three iterations on an old one.
+            keeps_factor_above: 2e9,
         }
     }
 }
@@ -112,31 +121,6 @@ impl Equilibrium {
     }
 }
 
-/// What a rig has done so far, tries that failed included.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Equilibria looked for, part-way poses included.
-    pub equilibria: usize,
-    /// Newton steps.
-    pub newton_steps: usize,
-    /// Numeric factorizations.
-    pub factorizations: usize,
-    /// Conjugate gradient iterations.
-    pub linear_iterations: usize,
-    /// Time in equilibria.
-    pub equilibrium_time: Duration,
-    /// Time in derivatives.
-    pub jacobian_time: Duration,
-}
-
-impl Work {
-    fn add(&mut self, newton_steps: usize, factorizations: usize, linear_iterations: usize) {
-        self.newton_steps += newton_steps;
-        self.factorizations += factorizations;
-        self.linear_iterations += linear_iterations;
-    }
-}
-
 impl std::fmt::Debug for Rig {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Rig")
@@ -154,7 +138,11 @@ impl Rig {
     /// # Errors
     /// When a jaw node is not among the prescribed ones; [`RigError::Free`] when nothing holds a part of
     /// the flesh.
-    pub fn new(assembly: Assembly<3>, jaw: &[usize], params: RigParams) -> Result<Self, RigError> {
+    pub fn new(
+        assembly: Assembly<3>,
+        jaw: &[usize],
+        mut params: RigParams,
+    ) -> Result<Self, RigError> {
         let expected = assembly.rest().len();
         for &node in jaw {
             if node >= expected || assembly.dofs().row(node).is_some() {
@@ -175,6 +163,11 @@ impl Rig {
         }
         let problem = Quasistatic::new(&assembly, rest.clone(), parameters.activations.clone())?;
         let mut newton = Newton::new(&problem);
+        if params.newton.linear_solver == LinearSolver::Direct
+            && (newton.symbolic()).is_some_and(|s| s.flops() > params.keeps_factor_above)
+        {
+            params.newton.linear_solver = LinearSolver::DirectSingle;
+        }
         let multigrid = match params.multigrid {
             MultigridUse::Always => true,
             MultigridUse::Never => false,
@@ -201,6 +194,7 @@ impl Rig {
             solved,
             tangent,
             work,
+            right_hand_sides: AtomicUsize::new(0),
             multigrid,
         })
     }
@@ -256,7 +250,11 @@ impl Rig {
     }
     /// What has been done so far.
     pub fn work(&self) -> Work {
-        self.work
+        Work {
+            right_hand_sides: self.right_hand_sides.load(Ordering::Relaxed),
+            evaluations: self.assembly.evaluations(),
+            ..self.work
+        }
     }
     /// Makes an earlier pose the starting point of the next solve, which then depends on no pose
     /// solved since.
@@ -349,10 +347,15 @@ impl Rig {
             controls,
             solved,
             tangent,
+            right_hand_sides,
             ..
         } = self;
         let tangent = tangent.as_ref().ok_or(RigError::NoTangent)?;
-        let (energy, factor) = (&tangent.energy, &tangent.factor);
+        let factor = Solved {
+            factor: &tangent.factor,
+            right_hand_sides,
+        };
+        let energy = &tangent.energy;
         Ok(Sensitivity::new(
             assembly, jaw, controls, solved, energy, factor,
         )?)

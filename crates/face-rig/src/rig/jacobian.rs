@@ -8,6 +8,7 @@ use super::parameters::Direction;
 use fem_assembly::{Assembly, AssemblyError};
 use fem_solvers::CholeskyFactor;
 use fem_solvers::parallel;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How a Jacobian is computed: one linear solve for each direction, or one for each observed number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +25,21 @@ pub struct Sensitivity<'a> {
     loads: Loads<'a>,
     solved: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
-    factor: &'a CholeskyFactor<f64, 3>,
+    factor: Solved<'a>,
+}
+
+/// A factor that counts what it solves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solved<'a> {
+    pub factor: &'a CholeskyFactor<f64, 3>,
+    pub right_hand_sides: &'a AtomicUsize,
+}
+
+impl Solved<'_> {
+    fn solve_many(&self, block: &mut [f64], count: usize) {
+        self.right_hand_sides.fetch_add(count, Ordering::Relaxed);
+        self.factor.solve_many(block, count);
+    }
 }
 
 impl<'a> Sensitivity<'a> {
@@ -34,7 +49,7 @@ impl<'a> Sensitivity<'a> {
         controls: &'a Controls,
         solved: &'a Equilibrium,
         energy: &'a [f64],
-        factor: &'a CholeskyFactor<f64, 3>,
+        factor: Solved<'a>,
     ) -> Result<Self, AssemblyError> {
         Ok(Self {
             loads: Loads {

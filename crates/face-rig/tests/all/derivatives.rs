@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-const MUSCLES: usize = 3;
+pub(super) const MUSCLES: usize = 3;
 /// What the flesh presses against: a half-space and a ball (document 000, 5.7).
 const PLANE: ImplicitSurface<3> = ImplicitSurface::HalfSpace {
     point: [0.001, 0.0, 0.0],
@@ -30,7 +30,7 @@ const BALL: ImplicitSurface<3> = ImplicitSurface::Sphere {
     radius: 0.022,
 };
 
-fn rig() -> Rig {
+pub(super) fn rig() -> Rig {
     let mut params = RigParams::default();
     params.newton.gradient_tolerance = 1e-13;
     params.newton.relative_gradient_tolerance = 0.0;

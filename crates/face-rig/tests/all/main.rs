@@ -3,5 +3,6 @@
 mod bones;
 mod contact;
 mod controls;
+mod counted;
 mod derivatives;
 mod weights;

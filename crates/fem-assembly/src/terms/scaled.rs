@@ -2,6 +2,7 @@
 
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::evaluations::StencilCost;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
 use fem_materials::HessianProjection;
@@ -152,6 +153,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     }
     fn covered_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
         self.term.covered_step(at, displacement)
+    }
+    fn cost(&self) -> StencilCost {
+        self.term.cost()
     }
     fn element(&self, stencil: usize) -> Option<usize> {
         self.term.element(stencil)

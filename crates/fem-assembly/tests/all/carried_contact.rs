@@ -156,11 +156,29 @@ fn a_carried_skin_leaves_what_it_has_entered_and_holds_its_distance_with_the_sam
             solve_renewing(&mut body, &mut newton, start, &[], &params).unwrap()
         })
     };
+    // How far the lowest skin above is below the skin under it, by the nearest point seen from above.
+    let (points, _) = skin(&mesh);
+    let rest: Vec<Point> = points.iter().map(|p| p.position(mesh.nodes())).collect();
+    let at_height = |z: f64| {
+        let of = move |p: &(&EmbeddedPoint, &Point)| (p.1[2] - z).abs() < 1e-9;
+        points
+            .iter()
+            .zip(&rest)
+            .filter(of)
+            .map(|(p, _)| p)
+            .collect::<Vec<_>>()
+    };
+    let (above, below) = (at_height(1.1 - OUTSIDE), at_height(1.0 + OUTSIDE));
+    assert!(above.len() > 10 && below.len() > 10);
     let depth = |x: &[Point]| {
-        let mut contact = carried(&mesh, PARAMS);
-        let fresh = in_skin(&mesh, 0.1, 1e4);
-        contact.renew(fresh.configuration(x, &[]).unwrap());
-        contact.deepest(x)
+        let of = |p: &&EmbeddedPoint| {
+            let p = p.position(x);
+            let aside = |q: &Point| (q[0] - p[0]).hypot(q[1] - p[1]);
+            let under = below.iter().map(|q| q.position(x));
+            let nearest = under.min_by(|a, b| aside(a).total_cmp(&aside(b))).unwrap();
+            nearest[2] - p[2]
+        };
+        above.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
     };
     let done = solve(1);
     let (before, after) = (depth(&lowered(&mesh, 0.09)), depth(&done.positions));

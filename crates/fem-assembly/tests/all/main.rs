@@ -3,6 +3,7 @@
 mod carried_contact;
 mod contact;
 mod derivatives;
+mod evaluations;
 mod free_parts;
 mod hertz;
 mod incompressible;

@@ -48,6 +48,7 @@ impl<M> Thresholded<M> {
 
 impl<const D: usize, M: Material<D>> Material<D> for Thresholded<M> {
     const SYMMETRY: Symmetry = M::SYMMETRY;
+    const DECOMPOSES: bool = true;
 
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {

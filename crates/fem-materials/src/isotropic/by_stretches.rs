@@ -113,6 +113,7 @@ fn derivative<T: Real, const D: usize, M: StretchEnergy<D>>(
 
 impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
     const SYMMETRY: Symmetry = Symmetry::Isotropic;
+    const DECOMPOSES: bool = true;
 
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, D>) -> T {

@@ -71,7 +71,8 @@ impl Shift {
     /// The matrix was not positive definite with what is left of one-sided parts; `false` when nothing
     /// negative of them was left.
     pub fn refused_one_sided(&mut self) -> bool {
-        let all = self.one_sided >= 1.0;
+        // Where the filter was needed a step ago, leaving these parts out was not enough.
+        let all = self.one_sided >= 1.0 || self.before > 0.0;
         let more = Self::ONE_SIDED_GROWTH * self.one_sided;
         self.one_sided = more.clamp(2.0 * Self::ONE_SIDED_LEAST, 1.0);
         self.held = Self::HELD;

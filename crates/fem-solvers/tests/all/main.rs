@@ -7,6 +7,7 @@ mod least_squares_stop;
 mod matrix_free;
 mod multigrid;
 mod newton;
+mod one_sided;
 mod pcg;
 mod rosenbrock;
 mod strangers;

@@ -8,6 +8,7 @@ use super::surface::Surface;
 use super::way::Way;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::evaluations::{StencilCost, StencilKind};
 use crate::mesh::{EmbeddedPoint, SimplexMesh};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
@@ -219,6 +220,12 @@ fn key(pair: &Pair) -> (Kind, [u32; 4]) {
 impl Term<3> for FleshContact {
     fn stencils(&self) -> Stencils {
         Stencils::of_sizes(self.spreads.iter().map(|s| s.nodes.as_slice()))
+    }
+    fn cost(&self) -> StencilCost {
+        StencilCost {
+            kind: StencilKind::Contact,
+            ..StencilCost::default()
+        }
     }
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
         for s in stencils {

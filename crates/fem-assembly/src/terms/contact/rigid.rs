@@ -7,6 +7,7 @@ use super::points::ContactPoint;
 use crate::builder::UNIT_TOLERANCE;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::evaluations::{StencilCost, StencilKind};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
 use fem_kinematics::{ImplicitSurface, Mat, UnusableSurface};
@@ -263,6 +264,12 @@ impl Term<3> for RigidContact {
                 let [e, f, g, h] = frame.nodes();
                 [a, b, c, d, e, f, g, h]
             })),
+        }
+    }
+    fn cost(&self) -> StencilCost {
+        StencilCost {
+            kind: StencilKind::Contact,
+            ..StencilCost::default()
         }
     }
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {

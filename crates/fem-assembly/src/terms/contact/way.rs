@@ -127,3 +127,68 @@ fn leaves_ball(from: Point, d: Point, radius: f64) -> f64 {
         f64::INFINITY
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINTS: [u32; 3] = [0, 1, 2];
+    const RADIUS: f64 = 0.1;
+
+    fn wave(n: usize, phase: f64) -> Point {
+        std::array::from_fn(|i| (7.3 * (3 * n + i) as f64 + phase).sin())
+    }
+
+    /// Whether some place of the way is within the radius of all points, by trying a thousand.
+    fn is_near(way: &Way, x: &[Point]) -> bool {
+        (0..=1000).any(|k| {
+            let s = f64::from(k) / 1000.0;
+            POINTS.iter().all(|&n| norm(way.off(x, n, s)) <= RADIUS)
+        })
+    }
+
+    #[test]
+    fn a_step_stays_in_the_tube_as_long_as_it_says() {
+        let from: Vec<Point> = (0..3).map(|n| wave(n, 0.0)).collect();
+        let by: Vec<Point> = (0..3).map(|n| wave(n, 1.0)).collect();
+        let way = Way::along(from.clone(), &by, &POINTS, 10.0);
+        for trial in 0..20 {
+            let phase = f64::from(trial);
+            let start: Vec<Point> = (0..3)
+                .map(|n| {
+                    let off = scale(wave(n, phase), 0.3 * RADIUS);
+                    add(add(from[n], scale(by[n], 0.05 * phase)), off)
+                })
+                .collect();
+            let turn = if trial % 2 == 0 { 0.2 } else { 1.0 };
+            let step: Vec<Point> = (0..3)
+                .map(|n| add(by[n], scale(wave(n, 2.0 + phase), turn)))
+                .collect();
+            let t = way.left_after(&start, &step, &POINTS, RADIUS);
+            assert!(t > 0.0, "{trial}");
+            for share in [0.3, 0.7, 0.99] {
+                let x: Vec<Point> = (0..3)
+                    .map(|n| add(start[n], scale(step[n], share * t)))
+                    .collect();
+                assert!(is_near(&way, &x), "{trial}: {share} of {t}");
+            }
+        }
+        // The step for which it was made is covered, and what is left at its end beside it.
+        let whole = way.left_after(&from, &by, &POINTS, RADIUS);
+        let fastest = by.iter().map(|d| norm(*d)).fold(0.0, f64::max);
+        assert!((whole - 1.0 - RADIUS / fastest).abs() < 1e-12, "{whole}");
+        // Outside there is nothing to leave.
+        let far: Vec<Point> = from.iter().map(|x| add(*x, [1.0, 0.0, 0.0])).collect();
+        assert!(!way.holds(&far, &POINTS, RADIUS));
+        assert_eq!(way.left_after(&far, &by, &POINTS, RADIUS), 0.0);
+    }
+
+    #[test]
+    fn a_long_step_is_a_way_as_far_as_allowed() {
+        let by = [[3.0, 0.0, 4.0]; 3];
+        let way = Way::along(vec![[0.0; 3]; 3], &by, &POINTS, 0.5);
+        assert!((norm(way.of(1)) - 0.5).abs() < 1e-15);
+        assert_eq!(way.change_between(&[0], &[1, 2]), 0.0);
+        assert_eq!(Way::at(vec![[0.0; 3]; 3]).of(2), [0.0; 3]);
+    }
+}

@@ -1,0 +1,62 @@
+//! What a fit pays for.
+
+use super::derivatives::{MUSCLES, rig};
+use face_rig::anatomy::{EmbeddedPoint, JawHinge};
+use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Parametrization};
+use face_rig::rig::{AllNodes, EmbeddedPoints, Observation, Parameters, Work};
+
+/// A fit of one muscle and the jaw's opening to some points, and what it took.
+fn fitted_by(observation: &dyn Observation, active: Vec<usize>) -> (usize, Work) {
+    let mut rig = rig();
+    let hinge = JawHinge::sideways([0.02, 0.0, 0.05]);
+    let map = Parametrization {
+        muscles: MUSCLES,
+        active,
+        cranium: CraniumModel::Rigid,
+        jaw: JawModel::Hinge(hinge),
+        controls: Vec::new(),
+    };
+    let mut truth = map.rest();
+    truth[0] = 0.3;
+    rig.solve(&map.parameters(&truth)).unwrap();
+    let shape = rig.solved().positions();
+    let mut target = vec![0.0; observation.dim()];
+    observation.value(&shape, &mut target);
+    let params = FitParams::default();
+    let fitter = Fitter {
+        observation,
+        target: &target,
+        weights: &[],
+        parametrization: &map,
+        params: &params,
+    };
+    rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+    let before = rig.work();
+    let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
+    (report.iterations.len(), rig.work() - before)
+}
+
+#[test]
+fn a_fit_solves_for_what_varies_or_for_what_is_seen_whichever_is_less() {
+    // The head's six numbers turn the whole face and need no solve; one muscle and an opening do.
+    let all = AllNodes { nodes: 45 };
+    let (steps, work) = fitted_by(&all, vec![1]);
+    assert!(steps > 1 && work.right_hand_sides.is_multiple_of(2));
+    assert!(work.right_hand_sides / 2 <= steps);
+    let (steps, more) = fitted_by(&all, vec![0, 1, 2]);
+    assert!(steps > 1 && more.right_hand_sides.is_multiple_of(4));
+    // One coordinate triple is seen, four directions vary.
+    let point = EmbeddedPoints(vec![EmbeddedPoint::node(20)]);
+    let (steps, seen) = fitted_by(&point, vec![0, 1, 2]);
+    assert!(steps > 1 && seen.right_hand_sides.is_multiple_of(3));
+    assert!(seen.right_hand_sides / 3 <= steps);
+    // No model here decomposes, and nothing was filtered.
+    assert_eq!(
+        (
+            work.evaluations.decompositions,
+            work.evaluations.projections
+        ),
+        (0, 0)
+    );
+    assert!(work.evaluations.elements.gradients > 0 && work.factorizations > 0);
+}

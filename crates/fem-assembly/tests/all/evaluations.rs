@@ -1,0 +1,266 @@
+//! Nobody pays for what a scene does not need: what a solve evaluates, counted and pinned.
+
+use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
+use fem_assembly::{
+    Assembly, AssemblyBuilder, Configuration, Dofs, EnergySink, Fiber, FleshContact,
+    FleshContactParams, GradientSink, HessianSink, Passes, Quasistatic, Stencils, Term,
+    solve_renewing,
+};
+use fem_kinematics::HessianProjection;
+use fem_materials::curves::PhysBam;
+use fem_materials::isotropic::ByStretches;
+use fem_materials::{CorotatedLinear, FiberLaw, Material, NeoHookean};
+use fem_solvers::{Newton, NewtonParams};
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+const FLESH: NeoHookean = NeoHookean {
+    mu: 1e4,
+    lambda: 4e4,
+};
+
+/// A bar whose first layer of cells only prescribed nodes feel, the others stretched.
+struct Bar {
+    mesh: SimplexMesh<3>,
+    dofs: Dofs<3>,
+    moved: Vec<[f64; 3]>,
+    /// Elements with a free node.
+    felt: u64,
+}
+
+fn bar(stretch: f64) -> Bar {
+    let mesh = kuhn_grid(6, 2, 2, [6.0, 2.0, 2.0]).unwrap();
+    let held = |p: &[f64; 3]| p[0] <= 1.0 || p[0] == 6.0;
+    let rest = mesh.nodes();
+    let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| held(&rest[n])).collect();
+    let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
+    let moved = rest
+        .iter()
+        .map(|p| [p[0].min(1.0) + stretch * (p[0] - 1.0).max(0.0), p[1], p[2]]);
+    let felt = (mesh.connectivity().chunks(4))
+        .filter(|element| element.iter().any(|&n| !held(&rest[n as usize])))
+        .count() as u64;
+    Bar {
+        moved: moved.collect(),
+        dofs,
+        felt,
+        mesh,
+    }
+}
+
+impl Bar {
+    fn builder(&self) -> AssemblyBuilder<3> {
+        AssemblyBuilder::new(&self.mesh, self.dofs.clone()).unwrap()
+    }
+    fn of(&self, material: impl Material<3> + 'static) -> Assembly<3> {
+        self.builder().material(material).unwrap().build().unwrap()
+    }
+    fn solve(&self, body: &Assembly<3>) {
+        let controls = vec![0.0; body.controls()];
+        let problem = Quasistatic::new(body, self.moved.clone(), controls).unwrap();
+        let mut x = problem.unknowns();
+        let done = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default());
+        assert!(done.unwrap().iterations > 1);
+    }
+}
+
+#[test]
+fn each_felt_element_counts_once_in_each_pass_and_no_other() {
+    let bar = bar(1.1);
+    let all = bar.mesh.connectivity().len() as u64 / 4;
+    assert_eq!(all - bar.felt, 24);
+    let body = bar.of(FLESH);
+    let at = body.configuration(&bar.moved, &[]).unwrap();
+    let mut forces = vec![0.0; body.dofs().unknowns()];
+    body.gradient(at, &mut forces);
+    body.free_energy(at);
+    body.hessian_vector(at, &vec![[0.0; 3]; bar.moved.len()], &mut forces);
+    let felt = Passes {
+        energies: bar.felt,
+        gradients: bar.felt,
+        hessians: 0,
+        products: bar.felt,
+    };
+    assert_eq!(body.evaluations().elements, felt);
+    let before = body.evaluations();
+    body.energy(at);
+    body.forces_everywhere(at);
+    let since = body.evaluations() - before;
+    assert_eq!(
+        (since.elements.energies, since.elements.gradients),
+        (all, all)
+    );
+    assert_eq!((since.fibers, since.others), Default::default());
+}
+
+#[test]
+fn a_definite_solve_of_a_closed_form_decomposes_and_filters_nothing() {
+    let bar = bar(1.2);
+    let body = bar.of(FLESH);
+    bar.solve(&body);
+    let done = body.evaluations();
+    assert!(done.elements.hessians > bar.felt);
+    assert_eq!((done.decompositions, done.projections), (0, 0));
+    assert_eq!((done.fibers, done.contacts), Default::default());
+    assert_eq!(done.searches, 0);
+}
+
+#[test]
+fn a_model_of_the_stretches_decomposes_once_for_each_evaluation() {
+    let bar = bar(1.2);
+    let body = bar.of(ByStretches(CorotatedLinear {
+        mu: 1e4,
+        lambda: 2e4,
+    }));
+    bar.solve(&body);
+    let done = body.evaluations();
+    let Passes {
+        energies,
+        gradients,
+        hessians,
+        products,
+    } = done.elements;
+    assert_eq!(
+        done.decompositions,
+        energies + gradients + hessians + products
+    );
+}
+
+#[test]
+fn squashed_flesh_is_filtered_and_stretched_flesh_is_not() {
+    let filtered = |stretch| {
+        let bar = bar(stretch);
+        let body = bar.of(FLESH);
+        bar.solve(&body);
+        let done = body.evaluations();
+        // An isotropic model is filtered in the frame of its stretches.
+        assert_eq!(done.decompositions, done.projections);
+        done.projections / bar.felt
+    };
+    assert_eq!(filtered(1.2), 0);
+    assert!(filtered(0.3) > 0);
+}
+
+#[test]
+fn fibers_are_evaluated_where_there_are_some() {
+    let bar = bar(1.1);
+    let fiber = |element| Fiber {
+        element,
+        control: 0,
+        direction: [1.0, 0.0, 0.0],
+        max_isometric_stress: 1e5,
+        optimal_stretch: 1.0,
+    };
+    // Two that only prescribed nodes feel, and three at the other end.
+    let last = bar.mesh.connectivity().len() / 4 - 1;
+    let fibers = [0, 1, last - 2, last - 1, last].map(fiber);
+    let felt_by_some = 3;
+    let builder = bar.builder().material(FLESH).unwrap();
+    let builder = builder.fibers(FiberLaw::<PhysBam>::default(), 1, &fibers);
+    let body = builder.unwrap().build().unwrap();
+    let at = body.configuration(&bar.moved, &[0.5]).unwrap();
+    let before = body.evaluations();
+    body.gradient(at, &mut vec![0.0; body.dofs().unknowns()]);
+    let done = body.evaluations() - before;
+    assert_eq!(done.elements.gradients, bar.felt);
+    assert_eq!(done.fibers.gradients, felt_by_some);
+}
+
+#[test]
+fn nothing_touches_far_from_a_surface() {
+    let low = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
+    let above = |gap: f64| {
+        let nodes = low.nodes().iter();
+        let high = nodes.clone().map(|p| [p[0], p[1], p[2] + 1.0 + gap]);
+        let both = nodes.copied().chain(high).collect();
+        let first = low.num_nodes() as u32;
+        let below = low.connectivity().iter().copied();
+        let elements = below.chain(low.connectivity().iter().map(|n| n + first));
+        SimplexMesh::new(both, elements.collect()).unwrap()
+    };
+    let touched = |gap: f64| {
+        let mesh = above(gap);
+        let params = FleshContactParams {
+            activation: 0.05,
+            pressure: 1e4,
+            depth: 0.3,
+            margin: 0.1,
+            neighbors: 2,
+        };
+        let contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
+        let rest = mesh.nodes();
+        let ends = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] == 2.0 + gap;
+        let prescribed: Vec<usize> = (0..rest.len()).filter(ends).collect();
+        let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
+        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+        let builder = builder.material(FLESH).unwrap().term(contact).unwrap();
+        let mut body = builder.build().unwrap();
+        // The upper block comes down by 0.1.
+        let down = |p: &[f64; 3]| match p[2] >= 2.0 + gap {
+            true => [p[0], p[1], p[2] - 0.1],
+            false => *p,
+        };
+        let start: Vec<[f64; 3]> = rest.iter().map(down).collect();
+        let mut newton = Newton::new(&Quasistatic::new(&body, start.clone(), vec![]).unwrap());
+        let params = NewtonParams::default();
+        solve_renewing(&mut body, &mut newton, start, &[], &params).unwrap();
+        body.evaluations()
+    };
+    let far = touched(1.0);
+    assert!(far.searches > 0 && far.elements.hessians > 0);
+    assert_eq!(far.contacts, Passes::default());
+    assert!(touched(0.02).contacts.hessians > 0);
+}
+
+/// Terms of nothing that count how often each of them is evaluated.
+struct Witness(Stencils, Arc<[AtomicU64]>);
+
+impl Witness {
+    fn seen(&self, stencils: Range<usize>) {
+        for stencil in stencils {
+            self.1[stencil].fetch_add(1, Relaxed);
+        }
+    }
+}
+
+impl Term<3> for Witness {
+    fn stencils(&self) -> Stencils {
+        self.0.clone()
+    }
+    fn energy(&self, _: Configuration<3>, stencils: Range<usize>, _: &mut EnergySink) {
+        self.seen(stencils);
+    }
+    fn gradient(&self, _: Configuration<3>, stencils: Range<usize>, _: &mut GradientSink<3>) {
+        self.seen(stencils);
+    }
+    fn hessian(
+        &self,
+        _: Configuration<3>,
+        _: HessianProjection,
+        stencils: Range<usize>,
+        _: &mut HessianSink<3>,
+    ) {
+        self.seen(stencils);
+    }
+}
+
+#[test]
+fn what_is_counted_is_what_was_evaluated() {
+    let bar = bar(1.1);
+    let elements = bar.mesh.connectivity().chunks(4);
+    let stencils = Stencils::new(elements.map(|e| [0, 1, 2, 3].map(|k| e[k] as usize)));
+    let seen: Arc<[AtomicU64]> = (0..stencils.count()).map(|_| AtomicU64::new(0)).collect();
+    let witness = Witness(stencils, seen.clone());
+    // So few rows have one owner.
+    let body = bar.builder().term(witness).unwrap().build().unwrap();
+    let total = || seen.iter().map(|n| n.load(Relaxed)).sum::<u64>();
+    let at = body.configuration(&bar.moved, &[]).unwrap();
+    body.free_energy(at);
+    body.gradient(at, &mut vec![0.0; body.dofs().unknowns()]);
+    let done = body.evaluations().others;
+    assert_eq!(done.energies + done.gradients, total());
+    assert_eq!(total(), 2 * bar.felt);
+    body.energy(at);
+    assert_eq!(body.evaluations().others.energies + bar.felt, total());
+}
