@@ -4,7 +4,7 @@
 use crate::contact::{PARAMS, Point, blocks, derivatives_hold, force, lowered, touching};
 use fem_assembly::mesh::{EmbeddedPoint, SimplexMesh};
 use fem_assembly::{
-    Assembly, FleshContact, FleshContactParams, Quasistatic, RenewedSolution, Term, solve_renewing,
+    Assembly, FleshContact, FleshContactParams, Quasistatic, RenewedSolution, solve_renewing,
 };
 use fem_solvers::{LinearSolver, Newton, NewtonParams, ProjectionPolicy};
 use std::collections::BTreeMap;

@@ -235,6 +235,7 @@ fn lips(inside: f64, settings: &Settings) -> Result<Evidence, Failure> {
             depth: 0.3,
             margin: 0.2,
             neighbors: 2,
+            edges: true,
         };
         builder.term(FleshContact::new(&own, &own.boundary().faces, params)?)
     });
