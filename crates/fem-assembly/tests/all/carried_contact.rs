@@ -3,10 +3,7 @@
 
 use crate::contact::{PARAMS, Point, blocks, derivatives_hold, force, lowered, touching};
 use fem_assembly::mesh::{EmbeddedPoint, SimplexMesh};
-use fem_assembly::{
-    Assembly, FleshContact, FleshContactParams, Quasistatic, RenewedSolution, solve_renewing,
-};
-use fem_solvers::{LinearSolver, Newton, NewtonParams, ProjectionPolicy};
+use fem_assembly::{Assembly, FleshContact, FleshContactParams};
 use std::collections::BTreeMap;
 
 /// How far outside the blocks the skin lies.
@@ -134,57 +131,6 @@ fn forces_of_a_carried_skin_add_up_to_nothing() {
         let torque: f64 = forces.iter().zip(&x).map(|(f, x)| cross(*x, *f)[i]).sum();
         assert!(sum.abs() < 1e-11 * largest && torque.abs() < 1e-11 * largest);
     }
-}
-
-#[test]
-fn a_carried_skin_leaves_what_it_has_entered_and_holds_its_distance_with_the_same_bits() {
-    let mesh = blocks(0.1);
-    let solve = |threads: usize| -> RenewedSolution<3> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| {
-            let mut body = in_skin(&mesh, 0.1, 1e4);
-            // The blocks are 0.01 apart, the skins 0.05 inside each other.
-            let start = lowered(&mesh, 0.09);
-            let problem = Quasistatic::new(&body, start.clone(), vec![]).unwrap();
-            let mut newton = Newton::new(&problem);
-            let params = NewtonParams {
-                projection: ProjectionPolicy::ExactThenShifted,
-                linear_solver: LinearSolver::Direct,
-                max_iterations: 200,
-                ..NewtonParams::default()
-            };
-            solve_renewing(&mut body, &mut newton, start, &[], &params).unwrap()
-        })
-    };
-    // How far the lowest skin above is below the skin under it, by the nearest point seen from above.
-    let (points, _) = skin(&mesh);
-    let rest: Vec<Point> = points.iter().map(|p| p.position(mesh.nodes())).collect();
-    let at_height = |z: f64| {
-        let of = move |p: &(&EmbeddedPoint, &Point)| (p.1[2] - z).abs() < 1e-9;
-        points
-            .iter()
-            .zip(&rest)
-            .filter(of)
-            .map(|(p, _)| p)
-            .collect::<Vec<_>>()
-    };
-    let (above, below) = (at_height(1.1 - OUTSIDE), at_height(1.0 + OUTSIDE));
-    assert!(above.len() > 10 && below.len() > 10);
-    let depth = |x: &[Point]| {
-        let of = |p: &&EmbeddedPoint| {
-            let p = p.position(x);
-            let aside = |q: &Point| (q[0] - p[0]).hypot(q[1] - p[1]);
-            let under = below.iter().map(|q| q.position(x));
-            let nearest = under.min_by(|a, b| aside(a).total_cmp(&aside(b))).unwrap();
-            nearest[2] - p[2]
-        };
-        above.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
-    };
-    let done = solve(1);
-    let (before, after) = (depth(&lowered(&mesh, 0.09)), depth(&done.positions));
-    assert!((before - 0.05).abs() < 1e-9, "{before}");
-    assert!(after < 0.02, "{after}");
-    assert!(done == solve(3));
 }
 
 #[test]
