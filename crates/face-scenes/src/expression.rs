@@ -142,20 +142,7 @@ pub fn fit_expression(
     let (begin, before) = (Stopwatch::start(), rig.work());
     let goals = goals(scene, target, seen);
     let fitter = goals.fitter(map, params);
-    let (report, outcome) = match fitter.fit(rig, start, observer) {
-        Ok(report) => {
-            let stop = report.stop;
-            (report, Outcome::Converged(stop))
-        }
-        Err(FitError::NotConverged { source, best }) => {
-            let why = match source.reason {
-                GaussNewtonFailure::NotConverged => Unfinished::Steps(source.iteration),
-                reason => Unfinished::Failed(Box::new(reason)),
-            };
-            (*best, Outcome::NotConverged(why))
-        }
-        Err(error) => return Err(error),
-    };
+    let (report, outcome) = ended(fitter.fit(rig, start, observer))?;
     let FitReport {
         q,
         parameters,
@@ -198,6 +185,24 @@ pub fn fit_expression(
         q,
         positions,
     })
+}
+
+/// The pose that a fit ended with, and how it did.
+fn ended(fit: Result<FitReport, FitError>) -> Result<(FitReport, Outcome), FitError> {
+    match fit {
+        Ok(report) => {
+            let stop = report.stop;
+            Ok((report, Outcome::Converged(stop)))
+        }
+        Err(FitError::NotConverged { source, best }) => {
+            let why = match source.reason {
+                GaussNewtonFailure::NotConverged => Unfinished::Steps(source.iteration),
+                reason => Unfinished::Failed(Box::new(reason)),
+            };
+            Ok((*best, Outcome::NotConverged(why)))
+        }
+        Err(error) => Err(error),
+    }
 }
 
 /// A fit that ends far from its target was given one of another face, place or unit.

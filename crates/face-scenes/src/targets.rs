@@ -269,27 +269,16 @@ fn sparse(
             let line = rows.first().map_or(1, |row| row.line);
             return invalid(Location::Line(line), TargetDefect::Name { name });
         }
-        let mut goals = Vec::with_capacity(rows.len());
-        for row in &rows {
-            match face.goal(&name, row) {
-                Ok(goal) => goals.push(goal),
-                Err(defect) => return invalid(Location::Line(row.line), defect),
-            }
-        }
-        goals.sort_by_key(|&(k, _)| k);
+        let landmarks = face
+            .goals(&name, &rows)
+            .map_err(|(line, defect)| SceneError::invalid(&path, Location::Line(line), defect))?;
         if !rows.iter().any(|row| row.weight > 0.0) {
             return invalid(Location::Table, TargetDefect::NoWeight { target: name });
         }
-        let mut identities = spec.identities.iter();
-        let identity = identities.any(|start| name.starts_with(start.as_str()));
         targets.push(Target {
+            kind: kind(spec, &name),
             name,
-            kind: if identity {
-                TargetKind::Identity
-            } else {
-                TargetKind::Expression
-            },
-            landmarks: goals.into_iter().map(|(_, goal)| goal).collect(),
+            landmarks,
             dense: None,
             jaw_truth: None,
             alignment,
@@ -300,6 +289,14 @@ fn sparse(
         return Err(SceneError::invalid(&path, Location::Table, defect));
     }
     Ok(targets)
+}
+
+fn kind(spec: &TargetsSpec, name: &str) -> TargetKind {
+    let mut identities = spec.identities.iter();
+    match identities.any(|start| name.starts_with(start.as_str())) {
+        true => TargetKind::Identity,
+        false => TargetKind::Expression,
+    }
 }
 
 fn move_by(alignment: Option<&Similarity>, rows: &mut [LandmarkRow]) {
@@ -344,6 +341,18 @@ impl Landmarks<'_> {
     ) -> Option<Similarity> {
         let mut neutral = groups.iter().filter(|(name, _)| skip.contains(name));
         neutral.find_map(|(name, rows)| self.pairs(rows).alignment(name).ok())
+    }
+
+    /// The goals of a target in the order of the landmarks, or the line with what is wrong.
+    fn goals(
+        &self,
+        target: &str,
+        rows: &[LandmarkRow],
+    ) -> Result<Vec<Goal>, (usize, TargetDefect)> {
+        let of = |row: &LandmarkRow| self.goal(target, row).map_err(|defect| (row.line, defect));
+        let mut goals: Vec<(usize, Goal)> = rows.iter().map(of).collect::<Result<_, _>>()?;
+        goals.sort_by_key(|&(k, _)| k);
+        Ok(goals.into_iter().map(|(_, goal)| goal).collect())
     }
 
     /// The place of the row's landmark, and its goal.

@@ -6,14 +6,14 @@ mod baseline;
 mod body;
 mod curve;
 mod failure;
-mod instructions;
+pub mod instructions;
 mod machine;
 mod plot;
 mod runner;
 pub mod scenes;
 mod settings;
 mod table;
-mod timing;
+pub mod timing;
 
 pub use baseline::{Baseline, Change};
 pub use curve::{Axis, Claim, Curve, Point};

@@ -13,7 +13,7 @@ use face_rig::rig::{Rig, RigParams};
 use face_scenes::{ExpressionFit, Observed, Outcome, Scene, Target, TargetKind, fit_expression};
 use fem_solvers::{Loss, StepMethod};
 use indicatif::ProgressBar;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -46,15 +46,9 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         convergence(&out.path("convergence.svg"), histories)?;
     }
     out.took("sheet", rest);
-    let settings = json!({ "scene": args.scene, "targets": args.targets, "align": args.align, "target": args.target,
-        "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
-        "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
-        "method": format!("{:?}", params.method), "relax_mm2": args.relax,
-        "jaw_weight_mm2": args.jaw_weight, "robust_mm": args.robust,
-        "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start });
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
-    let report = out.report("fit", settings, results)?;
+    let report = out.report("fit", settings(args, &params), results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
@@ -82,6 +76,15 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
             of: targets.len(),
         }),
     }
+}
+
+fn settings(args: &FitArgs, params: &FitParams) -> Value {
+    json!({ "scene": args.scene, "targets": args.targets, "align": args.align, "target": args.target,
+        "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
+        "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
+        "method": format!("{:?}", params.method), "relax_mm2": args.relax,
+        "jaw_weight_mm2": args.jaw_weight, "robust_mm": args.robust,
+        "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start })
 }
 
 fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {

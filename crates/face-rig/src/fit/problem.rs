@@ -4,8 +4,8 @@ use super::parametrization::{JawModel, Parametrization};
 use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
 use crate::stopwatch::Stopwatch;
 use fem_solvers::{
-    Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop,
-    LeastSquares, Loss, Prior, StepMethod, gauss_newton_observed,
+    Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonInfo, GaussNewtonParams,
+    GaussNewtonStop, LeastSquares, Loss, Prior, StepMethod, gauss_newton_observed,
 };
 use std::cell::Cell;
 
@@ -190,6 +190,28 @@ pub struct Fitter<'a> {
     pub params: &'a FitParams,
 }
 
+/// The report of a fit, or why there is none.
+fn ended(
+    outcome: Result<GaussNewtonInfo, GaussNewtonError<RigError>>,
+    report: impl FnOnce(Option<GaussNewtonStop>) -> Result<FitReport, RigError>,
+) -> Result<FitReport, FitError> {
+    let no_pose = |error| FitError::Pose(Box::new(error));
+    match outcome {
+        Ok(info) => report(Some(info.stop)).map_err(no_pose),
+        Err(source) => match source.reason {
+            GaussNewtonFailure::Evaluation(error)
+                if source.iteration == 0 && report_is_missing(source.cost) =>
+            {
+                Err(FitError::Start(Box::new(error)))
+            }
+            _ => {
+                let best = Box::new(report(None).map_err(no_pose)?);
+                Err(FitError::NotConverged { source, best })
+            }
+        },
+    }
+}
+
 impl Fitter<'_> {
     /// Fits, starting from the numbers `start`. `observer` is called with every accepted step.
     ///
@@ -246,23 +268,7 @@ impl Fitter<'_> {
                 positions,
             })
         };
-        match outcome {
-            Ok(info) => report(Some(info.stop)).map_err(|e| FitError::Pose(Box::new(e))),
-            Err(source) => match source.reason {
-                GaussNewtonFailure::Evaluation(error)
-                    if source.iteration == 0 && report_is_missing(source.cost) =>
-                {
-                    Err(FitError::Start(Box::new(error)))
-                }
-                _ => match report(None) {
-                    Ok(best) => Err(FitError::NotConverged {
-                        source,
-                        best: Box::new(best),
-                    }),
-                    Err(error) => Err(FitError::Pose(Box::new(error))),
-                },
-            },
-        }
+        ended(outcome, report)
     }
 
     fn at_bounds(&self, q: &[f64]) -> usize {

@@ -216,11 +216,7 @@ impl Features {
         let nasal_bone = 0.55 * nose * step(y, -4.0, 26.0) + 0.30 * nose;
         let mut bone =
             nasal_bone + 0.45 * lips + glabella + if upper_face { 0.9 * socket } else { 0.0 };
-        // Along the normal, around the side.
-        let cheek = 5.2 * bell(x - 45.0, 14.0) * bell(y - 12.0, 12.0);
-        let hollow = -2.6 * bell(x - 53.0, 11.0) * bell(y + 24.0, 15.0);
-        let temple = -3.0 * bell(x - 68.0, 9.0) * bell(y - 52.0, 17.0);
-        let out = brow(x, y) + cheek + hollow + temple;
+        let out = outward(x, y);
         let mut skin_out = out;
         let mut bone_out = -thickness + 0.8 * out;
         if b < -40.0 {
@@ -256,6 +252,14 @@ impl Features {
         };
         curve * mouth_width * (0.45 + 0.55 * scale.min(1.0))
     }
+}
+
+/// Brow, cheek, hollow and temple, along the normal.
+fn outward(x: f64, y: f64) -> f64 {
+    let cheek = 5.2 * bell(x - 45.0, 14.0) * bell(y - 12.0, 12.0);
+    let hollow = -2.6 * bell(x - 53.0, 11.0) * bell(y + 24.0, 15.0);
+    let temple = -3.0 * bell(x - 68.0, 9.0) * bell(y - 52.0, 17.0);
+    brow(x, y) + cheek + hollow + temple
 }
 
 fn philtrum(x: f64, y: f64) -> f64 {

@@ -160,6 +160,26 @@ struct Taken {
     cut_short: bool,
 }
 
+/// A step that was tried.
+struct Trial<E> {
+    theta: Vec<f64>,
+    length: f64,
+    predicted: f64,
+    /// Could the residual be evaluated there?
+    outcome: Result<(), GaussNewtonFailure<E>>,
+}
+
+impl<E> Trial<E> {
+    fn taken(&self, lambda: f64, cut_short: bool) -> Taken {
+        Taken {
+            length: self.length,
+            lambda,
+            predicted: self.predicted,
+            cut_short,
+        }
+    }
+}
+
 /// Where a fit stands.
 struct Fit<'a, P: ?Sized> {
     problem: &'a mut P,
@@ -265,40 +285,27 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
                     continue;
                 }
             };
-            let step = norm_inf(&d);
-            let trial = self.moved(&d);
-            let outcome = evaluate(self.problem, &trial, &mut self.trial_r, self.info);
-            if let Err(GaussNewtonFailure::Evaluation(error)) = &outcome
-                && self.problem.gives_up(error)
-            {
-                return outcome.map(|()| None);
-            }
-            let predicted = model.decrease(&d);
-            let mut taken = Taken {
-                length: step,
-                lambda: 0.0,
-                predicted,
-                cut_short: false,
-            };
+            let trial = self.attempt(model, &d)?;
             if damping.is_none() {
-                outcome?;
-                self.accept(&trial);
+                let taken = trial.taken(0.0, false);
+                trial.outcome?;
+                self.accept(&trial.theta);
                 return Ok(Some(taken));
             }
-            let gained = before - self.trial_cost(&trial, outcome.is_ok());
+            let gained = before - self.trial_cost(&trial.theta, trial.outcome.is_ok());
+            let short = trial.length <= params.step_tolerance;
             // A step this small can gain nothing that rounding would show.
-            let small =
-                step <= params.step_tolerance || predicted.abs() <= 4.0 * f64::EPSILON * before;
+            let small = short || trial.predicted.abs() <= 4.0 * f64::EPSILON * before;
             if small && let Some(failure) = failed.take() {
                 return Err(failure);
             }
-            if gained > 0.0 || (gained == 0.0 && step <= params.step_tolerance) {
-                taken.lambda = damper.lambda;
-                taken.cut_short = damper.cuts_short(damper.lambda);
-                damper.accept(gained / predicted);
-                self.accept(&trial);
+            if gained > 0.0 || (gained == 0.0 && short) {
+                let taken = trial.taken(damper.lambda, damper.cuts_short(damper.lambda));
+                damper.accept(gained / trial.predicted);
+                self.accept(&trial.theta);
                 return Ok(Some(taken));
             }
+            let outcome = trial.outcome;
             if outcome.is_ok() && small {
                 if damper.cuts_short(damper.lambda) {
                     break;
@@ -317,6 +324,29 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
         }
         let lambda = damper.lambda;
         Err(GaussNewtonFailure::NoDecrease { lambda })
+    }
+
+    /// Evaluates `θ + d`.
+    ///
+    /// # Errors
+    /// Where the problem gives up.
+    fn attempt(
+        &mut self,
+        model: &Model<'_>,
+        d: &[f64],
+    ) -> Result<Trial<P::Error>, GaussNewtonFailure<P::Error>> {
+        let theta = self.moved(d);
+        match evaluate(self.problem, &theta, &mut self.trial_r, self.info) {
+            Err(GaussNewtonFailure::Evaluation(error)) if self.problem.gives_up(&error) => {
+                Err(GaussNewtonFailure::Evaluation(error))
+            }
+            outcome => Ok(Trial {
+                theta,
+                length: norm_inf(d),
+                predicted: model.decrease(d),
+                outcome,
+            }),
+        }
     }
 
     /// `θ + d` within the bounds.

@@ -4,13 +4,13 @@ mod bar;
 mod bars;
 mod crack;
 mod derivative;
-mod elastic;
+pub mod elastic;
 mod faces;
 mod hertz;
 mod mpm;
 mod muscle;
-mod radial;
-mod shell;
+pub mod radial;
+pub mod shell;
 mod sphere;
 mod spp;
 
@@ -50,6 +50,3 @@ pub fn all() -> Vec<Scene> {
     all.extend([mpm::SCENE, crack::SCENE]);
     all
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,8 +1,7 @@
 //! Curves are right: errors fall along their axis, closed forms hold. No test looks at a time.
 
-use super::{Scene, all};
-use crate::curve::{Axis, Curve};
-use crate::settings::Settings;
+use bench::scenes::{Scene, all};
+use bench::{Axis, Curve, Settings};
 
 fn scene(name: &str) -> Scene {
     let found = all().into_iter().find(|scene| scene.name == name);
