@@ -52,6 +52,9 @@ pub struct TouchingSpec {
     /// Partners within so many edges of the surface are not pushed apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<usize>,
+    /// Are there pairs of two edges beside those of a point and a triangle? Not on the skin by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<bool>,
 }
 
 /// Which surface touches itself.
@@ -173,6 +176,9 @@ fn params(place: &Place, spec: &TouchingSpec) -> Result<FleshContactParams, Scen
         depth: length(spec.depth, defaults.depth),
         margin: length(spec.margin, defaults.margin),
         neighbors: spec.neighbors.unwrap_or(defaults.neighbors),
+        edges: spec
+            .edges
+            .unwrap_or(spec.surface == SurfaceOfFlesh::Boundary),
     };
     for (field, value) in [
         ("activation", params.activation),

@@ -2,7 +2,7 @@
 //! and flesh of the jaw against flesh of the cranium.
 
 use face_rig::rig::{AffineMap, Direction, Parameters, Rig, RigParams};
-use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
+use fem_assembly::mesh::{EmbeddedPoint, SimplexMesh, kuhn_grid};
 use fem_assembly::{
     AssemblyBuilder, ContactPoint, Dofs, FleshContact, FleshContactParams, ImplicitSurface,
     RigidContact, RigidContactParams, RigidFrame, RigidSurface,
@@ -71,8 +71,8 @@ fn under_a_ball() -> Rig {
     Rig::new(assembly, &jaw, params()).unwrap()
 }
 
-/// Two blocks, on the cranium's and on the jaw's plate, 2 mm apart.
-fn between_blocks() -> Rig {
+/// Two blocks, on the cranium's and on the jaw's plate, 2 mm apart, that touch as `contact` says.
+fn between_blocks(contact: impl Fn(&SimplexMesh<3>, FleshContactParams) -> FleshContact) -> Rig {
     let low = kuhn_grid(4, 4, 2, [0.04, 0.04, 0.02]).unwrap();
     let high = kuhn_grid(3, 3, 2, [0.03, 0.03, 0.02]).unwrap();
     let (s, c) = 0.3_f64.sin_cos();
@@ -97,8 +97,9 @@ fn between_blocks() -> Rig {
         depth: 6e-3,
         margin: 4e-3,
         neighbors: 2,
+        edges: true,
     };
-    let contact = FleshContact::new(&mesh, &mesh.boundary().faces, soft).unwrap();
+    let contact = contact(&mesh, soft);
     let dofs = Dofs::with_prescribed_nodes(rest, &[cranium, jaw.clone()].concat()).unwrap();
     let builder = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
@@ -169,5 +170,25 @@ fn columns_hold_under_a_ball_that_moves_with_the_jaw() {
 
 #[test]
 fn columns_hold_where_flesh_presses_flesh() {
-    columns_hold(&mut between_blocks(), &pose(0.004));
+    let with_faces = |mesh: &SimplexMesh<3>, params| {
+        FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap()
+    };
+    columns_hold(&mut between_blocks(with_faces), &pose(0.004));
+}
+
+#[test]
+fn columns_hold_where_a_carried_skin_presses_itself() {
+    // A tenth of the way beyond each node, seen from the middle of the other three of an element.
+    let beyond = |mesh: &SimplexMesh<3>, n: u32| {
+        let nodes = mesh.tets().find(|t| t.contains(&n)).unwrap();
+        let weights = nodes.map(|m| if m == n { 1.1 } else { -0.1 / 3.0 });
+        EmbeddedPoint { nodes, weights }
+    };
+    let with_skin = |mesh: &SimplexMesh<3>, params| {
+        let points: Vec<_> = (0..mesh.num_nodes() as u32)
+            .map(|n| beyond(mesh, n))
+            .collect();
+        FleshContact::carried(mesh, &points, &mesh.boundary().faces, params).unwrap()
+    };
+    columns_hold(&mut between_blocks(with_skin), &pose(0.003));
 }

@@ -13,17 +13,18 @@ use fem_solvers::{
 
 use std::ops::Range;
 
-type Point = [f64; 3];
-const PARAMS: FleshContactParams = FleshContactParams {
+pub(crate) type Point = [f64; 3];
+pub(crate) const PARAMS: FleshContactParams = FleshContactParams {
     activation: 0.05,
     pressure: 1e5,
     depth: 0.3,
     margin: 0.2,
     neighbors: 2,
+    edges: true,
 };
 
 /// Two blocks, the upper one turned and shifted, `gap` above the lower, which is [0, 1]² × [0, 1].
-fn blocks(gap: f64) -> SimplexMesh<3> {
+pub(crate) fn blocks(gap: f64) -> SimplexMesh<3> {
     let low = kuhn_grid(4, 4, 3, [1.0; 3]).unwrap();
     let high = kuhn_grid(3, 3, 2, [0.8, 0.8, 0.7]).unwrap();
     let turned = high.nodes().iter().map(|p| {
@@ -47,6 +48,12 @@ fn assembly(mesh: &SimplexMesh<3>, gap: f64) -> Assembly<3> {
 
 fn with_pressure(mesh: &SimplexMesh<3>, gap: f64, pressure: f64) -> Assembly<3> {
     let params = FleshContactParams { pressure, ..PARAMS };
+    let contact = FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap();
+    touching(mesh, gap, contact)
+}
+
+/// Blocks that are held below and above, touching each other.
+pub(crate) fn touching(mesh: &SimplexMesh<3>, gap: f64, contact: FleshContact) -> Assembly<3> {
     let rest = mesh.nodes();
     let held = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] > 1.65 + gap;
     let prescribed: Vec<usize> = (0..rest.len()).filter(held).collect();
@@ -55,7 +62,6 @@ fn with_pressure(mesh: &SimplexMesh<3>, gap: f64, pressure: f64) -> Assembly<3> 
         mu: 1e4,
         lambda: 4e4,
     };
-    let contact = FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap();
     let builder = AssemblyBuilder::new(mesh, dofs).unwrap();
     builder
         .material(flesh)
@@ -67,13 +73,13 @@ fn with_pressure(mesh: &SimplexMesh<3>, gap: f64, pressure: f64) -> Assembly<3> 
 }
 
 /// Everything above the lower block, lower by `by`.
-fn lowered(mesh: &SimplexMesh<3>, by: f64) -> Vec<Point> {
+pub(crate) fn lowered(mesh: &SimplexMesh<3>, by: f64) -> Vec<Point> {
     let rest = mesh.nodes().iter().enumerate();
     let of = |(n, p): (usize, &Point)| [p[0], p[1], p[2] - if n >= 100 { by } else { 0.0 }];
     rest.map(of).collect()
 }
 
-fn force(assembly: &Assembly<3>, x: &[Point]) -> Vec<f64> {
+pub(crate) fn force(assembly: &Assembly<3>, x: &[Point]) -> Vec<f64> {
     let mut g = vec![0.0; assembly.dofs().unknowns()];
     assembly.gradient(assembly.configuration(x, &[]).unwrap(), &mut g);
     g
@@ -87,15 +93,18 @@ fn moved(assembly: &Assembly<3>, x: &[Point], d: &[f64], t: f64) -> Vec<Point> {
     all
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[test]
 fn derivatives_hold_along_random_directions_and_along_the_gradient() {
     let mesh = blocks(0.1);
-    let mut assembly = assembly(&mesh, 0.1);
-    let quiet = lowered(&mesh, 0.12);
+    derivatives_hold(&mut assembly(&mesh, 0.1), &lowered(&mesh, 0.12));
+}
+
+/// Differences of the energy and of the forces, at waves over these positions.
+pub(crate) fn derivatives_hold(assembly: &mut Assembly<3>, quiet: &[Point]) {
     let wave = |n: usize, i: usize| 0.004 * (3.7 * n as f64 + 1.3 * i as f64).sin();
     let x: Vec<Point> = (0..quiet.len())
         .map(|n| std::array::from_fn(|i| quiet[n][i] + wave(n, i)))
@@ -103,7 +112,7 @@ fn derivatives_hold_along_random_directions_and_along_the_gradient() {
     assembly
         .renew(assembly.configuration(&x, &[]).unwrap())
         .unwrap();
-    let g = force(&assembly, &x);
+    let g = force(assembly, &x);
     let largest = g.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     assert!(largest > 1.0, "{largest}");
     let random = |p: f64| {
@@ -116,7 +125,7 @@ fn derivatives_hold_along_random_directions_and_along_the_gradient() {
         let direction: Vec<f64> = direction;
         let at = assembly.configuration(&x, &[]).unwrap();
         let energy = |t| {
-            let y = moved(&assembly, &x, &direction, t);
+            let y = moved(assembly, &x, &direction, t);
             assembly.energy(assembly.configuration(&y, &[]).unwrap())
         };
         let h = 1e-5;
@@ -131,7 +140,7 @@ fn derivatives_hold_along_random_directions_and_along_the_gradient() {
         assembly.hessian(at, HessianProjection::None, &mut matrix);
         let mut product = vec![0.0; g.len()];
         matrix.apply(&direction, &mut product);
-        let of = |t| force(&assembly, &moved(&assembly, &x, &direction, t));
+        let of = |t| force(assembly, &moved(assembly, &x, &direction, t));
         let (a, b, c, d) = (of(h), of(-h), of(2.0 * h), of(-2.0 * h));
         let top = product.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         for i in 0..g.len() {

@@ -187,6 +187,7 @@ fn nothing_touches_far_from_a_surface() {
             depth: 0.3,
             margin: 0.1,
             neighbors: 2,
+            edges: true,
         };
         let contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
         let rest = mesh.nodes();

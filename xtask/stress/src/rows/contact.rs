@@ -242,6 +242,7 @@ fn lips(inside: f64, parts: usize, settings: &Settings) -> Result<Evidence, Fail
             depth: 0.3,
             margin: 0.2,
             neighbors: 2,
+            edges: true,
         };
         builder.term(FleshContact::new(&own, &own.boundary().faces, params)?)
     });

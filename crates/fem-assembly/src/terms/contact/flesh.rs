@@ -41,9 +41,12 @@ pub struct FleshContactParams {
     pub margin: f64,
     /// Partners within so many edges of the surface are never pushed apart.
     pub neighbors: usize,
+    /// Are there pairs of two edges too? A skin that is finer than the elements that carry it bends
+    /// with them, and its points alone keep it apart at a fraction of the pairs.
+    pub edges: bool,
 }
 
-/// For a face: d̂ = 0.5 mm, 10 kPa, depth 4 mm, margin 2 mm, two edges.
+/// For a face: d̂ = 0.5 mm, 10 kPa, depth 4 mm, margin 2 mm, two edges, pairs of edges too.
 impl Default for FleshContactParams {
     fn default() -> Self {
         Self {
@@ -52,13 +55,15 @@ impl Default for FleshContactParams {
             depth: 4e-3,
             margin: 2e-3,
             neighbors: 2,
+            edges: true,
         }
     }
 }
 
 /// Surfaces of the flesh that push each other away where they come near: lips, lids, folds.
 ///
-/// E = Σ p̂ A ℓ/3 ((d̂ − g)/ℓ)³ w over pairs of a point and a triangle, and of two edges, with
+/// E = Σ p̂ A ℓ/3 ((d̂ − g)/ℓ)³ w over pairs of a point and a triangle, and of two edges
+/// ([`FleshContactParams::edges`]), with
 /// g < d̂: p̂ is the pressure at touch, A an area at rest, g the gap along the normal of the triangle
 /// (of both edges), negative behind it, and w a product of windows that fade a pair out beyond the
 /// ends of its partners. d̂ is the pair's own: what was nearer at rest may be as near again, and

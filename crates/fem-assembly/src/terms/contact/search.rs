@@ -96,7 +96,8 @@ impl Search {
                 .collect::<Vec<T>>()
         };
         let points: Vec<Vec<T>> = map(self.surface.points.iter().collect(), of_point);
-        let edges: Vec<Vec<T>> = map(boxes.iter().enumerate().collect(), of_edge);
+        let looked = if self.params.edges { boxes.len() } else { 0 };
+        let edges: Vec<Vec<T>> = map(boxes[..looked].iter().enumerate().collect(), of_edge);
         points.into_iter().chain(edges).flatten().collect()
     }
 
@@ -172,7 +173,8 @@ impl Search {
             return None;
         }
         let [b, c, d] = corners;
-        let share = 0.5 * self.surface.area[node];
+        // Edges bear the other half.
+        let share = if self.params.edges { 0.5 } else { 1.0 } * self.surface.area[node];
         Some(self.pair([node as u32, b, c, d], Kind::Point, share))
     }
 
