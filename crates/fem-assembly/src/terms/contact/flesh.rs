@@ -2,8 +2,8 @@
 
 use super::carrier::{Carrier, Spread};
 use super::geometry::Point;
-use super::pair::{Kind, Pair};
-use super::search::Search;
+use super::pair::Pair;
+use super::search::{Search, has, key};
 use super::surface::Surface;
 use super::way::Way;
 use crate::configuration::Configuration;
@@ -178,7 +178,9 @@ impl FleshContact {
 
     /// Finds pairs; true when there are others than before.
     fn look(&mut self, way: Way, kept: Kept) -> bool {
-        let mut found = self.search.pairs(&way, self.search.params.margin);
+        let mut found = self
+            .search
+            .pairs(&way, self.search.params.margin, &self.pairs);
         let others = self.others_that_push(&found, &way.from);
         let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
         if !known {
@@ -207,14 +209,6 @@ impl FleshContact {
 /// Is every pair of `few`, sorted alike, in `many`?
 fn includes(many: &[Pair], few: &[Pair]) -> bool {
     few.len() <= many.len() && few.iter().all(|pair| has(many, pair))
-}
-
-fn has(sorted: &[Pair], pair: &Pair) -> bool {
-    sorted.binary_search_by_key(&key(pair), key).is_ok()
-}
-
-fn key(pair: &Pair) -> (Kind, [u32; 4]) {
-    (pair.kind, pair.vertices)
 }
 
 impl Term<3> for FleshContact {
@@ -269,7 +263,7 @@ impl Term<3> for FleshContact {
     fn renew(&mut self, at: Configuration<3>) -> bool {
         let vertices = self.carrier.positions(at.positions()).into_owned();
         let here = Way::at(vertices);
-        let near = self.search.pairs(&here, 0.0);
+        let near = self.search.pairs(&here, 0.0, &self.pairs);
         let settled = includes(&self.pairs, &near)
             && self.others_that_push(&near, &here.from).is_empty()
             && self
