@@ -137,7 +137,9 @@ fn columns_hold(rig: &mut Rig, at: &Parameters) {
         let Direction::Jaw(d) = direction else {
             continue;
         };
-        let h = 1e-6;
+        // The curvature of a touch is continuous, its slope is not: a pair that comes in between the two
+        // poses is an error of first order.
+        let h = 2e-7;
         let mut solve = |t: f64| {
             let (a, b) = (at.jaw.to_array(), d.to_array());
             let mut shifted = at.clone();
