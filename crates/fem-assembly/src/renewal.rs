@@ -13,6 +13,13 @@ impl<const D: usize> Assembly<D> {
         self.summands.iter().any(|summand| summand.term.changes())
     }
 
+    /// Lets the next [`Assembly::renew`] depend on no configuration seen before.
+    pub fn forget(&mut self) {
+        for summand in &mut self.summands {
+            summand.term.forget();
+        }
+    }
+
     /// Asks every term for the stencils that `at` and its neighborhood need; true when some changed.
     ///
     /// Only what depends on changed stencils is planned anew. The pattern is another `Arc` when, and

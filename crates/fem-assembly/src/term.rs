@@ -93,6 +93,9 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
+    /// Told that the next [`Term::renew`] or [`Term::renew_along`] must not depend on earlier ones.
+    fn forget(&mut self) {}
+
     /// May [`Term::renew`] ever change the stencils?
     fn changes(&self) -> bool {
         false

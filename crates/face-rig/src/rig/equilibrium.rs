@@ -269,6 +269,7 @@ impl Rig {
             });
         }
         self.tangent.take_if(|tangent| tangent.at != solved);
+        self.assembly.forget();
         self.solved = solved;
         Ok(())
     }

@@ -142,6 +142,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     fn changes(&self) -> bool {
         self.term.changes()
     }
+    fn forget(&mut self) {
+        self.term.forget();
+    }
     fn renew(&mut self, at: Configuration<D>) -> bool {
         self.term.renew(at)
     }

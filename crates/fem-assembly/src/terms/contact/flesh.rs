@@ -83,6 +83,8 @@ pub struct FleshContact {
     spreads: Vec<Spread>,
     /// The way of the vertices along which the pairs were found.
     found: Way,
+    /// Must the next look know no earlier pairs?
+    forgets: bool,
 }
 
 impl FleshContact {
@@ -141,6 +143,7 @@ impl FleshContact {
             pairs: Vec::new(),
             spreads: Vec::new(),
             found: Way::at(Vec::new()),
+            forgets: false,
         };
         let rest = contact.carrier.positions(mesh.nodes()).into_owned();
         contact.look(Way::at(rest), Kept::Found);
@@ -178,9 +181,14 @@ impl FleshContact {
 
     /// Finds pairs; true when there are others than before.
     fn look(&mut self, way: Way, kept: Kept) -> bool {
-        let mut found = self
-            .search
-            .pairs(&way, self.search.params.margin, &self.pairs);
+        let margin = self.search.params.margin;
+        if std::mem::take(&mut self.forgets) {
+            let found = self.search.pairs(&way, margin, &[]);
+            let others = found != self.pairs;
+            self.set(found, way);
+            return others;
+        }
+        let mut found = self.search.pairs(&way, margin, &self.pairs);
         let others = self.others_that_push(&found, &way.from);
         let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
         if !known {
@@ -188,12 +196,18 @@ impl FleshContact {
                 found.extend(others);
                 found.sort_unstable_by_key(key);
             }
-            let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
-            self.spreads = found.iter().map(spread).collect();
-            self.pairs = found;
+            self.set(found, way);
+        } else {
+            self.found = way;
         }
-        self.found = way;
         !known
+    }
+
+    fn set(&mut self, pairs: Vec<Pair>, way: Way) {
+        let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
+        self.spreads = pairs.iter().map(spread).collect();
+        self.pairs = pairs;
+        self.found = way;
     }
 
     /// Pairs that push and are none of those a fresh look has found. Which partners face each other is
@@ -260,9 +274,15 @@ impl Term<3> for FleshContact {
     fn changes(&self) -> bool {
         true
     }
+    fn forget(&mut self) {
+        self.forgets = true;
+    }
     fn renew(&mut self, at: Configuration<3>) -> bool {
         let vertices = self.carrier.positions(at.positions()).into_owned();
         let here = Way::at(vertices);
+        if self.forgets {
+            return self.look(here, Kept::Found);
+        }
         let near = self.search.pairs(&here, 0.0, &self.pairs);
         let settled = includes(&self.pairs, &near)
             && self.others_that_push(&near, &here.from).is_empty()

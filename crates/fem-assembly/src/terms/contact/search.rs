@@ -39,14 +39,16 @@ struct Look<'a> {
     normals: Normals,
     /// How much wider than what is felt.
     margin: f64,
-    /// Pairs of the last look, sorted by kind and vertices.
-    known: &'a [Pair],
+    /// Pairs of the last look, sorted by kind and vertices; `None` where every pair counts that a known
+    /// one could be.
+    known: Option<&'a [Pair]>,
 }
 
 impl Look<'_> {
     /// The pair, if it faces each other clearly, or was known.
     fn accepted(&self, pair: Pair, clearly: bool) -> Option<Pair> {
-        (clearly || has(self.known, &pair)).then_some(pair)
+        let known = || self.known.is_none_or(|known| has(known, &pair));
+        (clearly || known()).then_some(pair)
     }
 }
 
@@ -82,7 +84,7 @@ impl Search {
     /// much as they move against each other on it and by `margin`, meters; sorted by kind and vertices.
     /// Pairs that are `known` may face each other less than others.
     pub fn pairs(&mut self, way: &Way, margin: f64, known: &[Pair]) -> Vec<Pair> {
-        let mut pairs = self.looked(way, margin, known, &|search, look, kind, a, b| {
+        let mut pairs = self.looked(way, margin, Some(known), &|search, look, kind, a, b| {
             search.candidate(look, kind, a, b)
         });
         pairs.sort_unstable_by_key(key);
@@ -94,7 +96,7 @@ impl Search {
         &mut self,
         way: &Way,
         margin: f64,
-        known: &[Pair],
+        known: Option<&[Pair]>,
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
         self.triangle_tree.fit(&self.surface.triangle_boxes(way));
@@ -134,7 +136,7 @@ impl Search {
         let found = self.looked(
             &Way::at(rest.to_vec()),
             margin,
-            &[],
+            None,
             &|search, look, kind, a, b| {
                 let pair = search.facing(look, kind, a, b)?;
                 let x = pair.vertices.map(|n| look.positions[n as usize]);
