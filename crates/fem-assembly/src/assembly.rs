@@ -214,7 +214,7 @@ impl<const D: usize> Assembly<D> {
         })
     }
 
-    /// Does a term push on one side alone ([`Term::one_sided`])?
+    /// Does a term push on one side alone ([`Term::one_sided`](crate::Term::one_sided))?
     pub fn is_one_sided(&self) -> bool {
         self.summands.iter().any(|s| s.term.one_sided())
     }
