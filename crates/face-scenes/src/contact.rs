@@ -2,6 +2,7 @@
 
 use super::defect::{ContactDefect, Location};
 use super::load::Place;
+use super::outline::Outline;
 use super::touching::{self, FleshSpec, SkinOf, Touching};
 use super::{SceneError, json};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint};
@@ -136,6 +137,8 @@ pub struct Solid {
     pub moves_with: Bone,
     /// The lowest and the highest corner of a box around it, meters.
     pub bounds: [[f64; 3]; 2],
+    /// What pictures show of it: eyeballs and surfaces of triangles.
+    pub outline: Option<Arc<Outline>>,
 }
 
 pub(super) fn load(
@@ -169,10 +172,11 @@ pub(super) fn load(
             MovesWith::Jaw => Bone::Jaw,
         };
         let shapes = shapes(place, &field, &solid.shape, spacing, params.activation)?;
-        solids.extend(shapes.into_iter().map(|(surface, bounds)| Solid {
-            surface,
+        solids.extend(shapes.into_iter().map(|shape| Solid {
+            surface: shape.surface,
             moves_with,
-            bounds,
+            bounds: shape.bounds,
+            outline: shape.outline.map(Arc::new),
         }));
     }
     let (flesh, touching) = touching::load(place, &spec.flesh, skin)?;
@@ -184,8 +188,22 @@ pub(super) fn load(
     })
 }
 
-/// A surface, and the lowest and the highest corner of a box around it.
-pub(super) type Shape = (RigidSurface, [[f64; 3]; 2]);
+/// A surface with a box around it and what is drawn of it, as in [`Solid`].
+pub(super) struct Shape {
+    pub surface: RigidSurface,
+    pub bounds: [[f64; 3]; 2],
+    pub outline: Option<Outline>,
+}
+
+impl Shape {
+    fn implicit(surface: ImplicitSurface<3>, outline: Option<Outline>) -> Self {
+        Self {
+            bounds: bounds(&surface),
+            surface: RigidSurface::Implicit(surface),
+            outline,
+        }
+    }
+}
 
 /// What one shape of a scene stands for.
 pub(super) fn shapes(
@@ -230,7 +248,7 @@ pub(super) fn shapes(
     implicit
         .check(1e-3)
         .map_err(|e| place.field(format!("{field}.shape"), ContactDefect::from(e)))?;
-    Ok(vec![(RigidSurface::Implicit(implicit), bounds(&implicit))])
+    Ok(vec![Shape::implicit(implicit, None)])
 }
 
 pub(super) fn bounds(surface: &ImplicitSurface<3>) -> [[f64; 3]; 2] {
@@ -281,7 +299,11 @@ fn triangles(
     let least = |i: usize| corners().map(|p| p[i]).fold(f64::INFINITY, f64::min);
     let most = |i: usize| corners().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max);
     let bounds = [std::array::from_fn(least), std::array::from_fn(most)];
-    Ok((RigidSurface::Sampled(Arc::new(sampled)), bounds))
+    Ok(Shape {
+        surface: RigidSurface::Sampled(Arc::new(sampled)),
+        bounds,
+        outline: Some(Outline::of(&points, &triangles)),
+    })
 }
 
 /// Other fields of the file are of no concern here.
@@ -305,7 +327,8 @@ fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
         ball.check(1e-3).map_err(|e| {
             SceneError::invalid(path, format!("eyeballs.{name}"), ContactDefect::from(e))
         })?;
-        Ok((RigidSurface::Implicit(ball), bounds(&ball)))
+        let outline = Outline::eyeball(eye.centre_m, eye.radius_m);
+        Ok(Shape::implicit(ball, Some(outline)))
     };
     read.eyeballs.into_iter().map(ball).collect()
 }

@@ -3,6 +3,7 @@
 use super::contact::{self, Contact, Solid};
 use super::defect::Defect;
 use super::load::{Flesh, Place};
+use super::outline::Outline;
 use super::touching::Touching;
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::{BuiltinFace, Tissue};
@@ -104,14 +105,13 @@ fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
 
 fn eyeball(side: f64) -> Solid {
     let [x, y, z] = BuiltinFace::EYEBALL_CENTER;
-    let surface = ImplicitSurface::Sphere {
-        center: [side * x, y, z],
-        radius: BuiltinFace::EYEBALL_RADIUS,
-    };
+    let (center, radius) = ([side * x, y, z], BuiltinFace::EYEBALL_RADIUS);
+    let surface = ImplicitSurface::Sphere { center, radius };
     Solid {
         surface: RigidSurface::Implicit(surface),
         moves_with: Bone::Cranium,
         bounds: contact::bounds(&surface),
+        outline: Some(Arc::new(Outline::eyeball(center, radius))),
     }
 }
 
@@ -129,6 +129,7 @@ fn teeth(bone: Bone, reach: f64) -> Result<Solid, AssemblyError> {
             end(f64::min, f64::INFINITY),
             end(f64::max, f64::NEG_INFINITY),
         ],
+        outline: Some(Arc::new(Outline::of(&points, &triangles))),
     })
 }
 

@@ -187,6 +187,7 @@ mod material;
 mod muscles;
 mod names;
 mod outcome;
+mod outline;
 mod pose;
 mod reactions;
 mod rig;
@@ -215,6 +216,7 @@ pub use influences::{
 };
 pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
 pub use outcome::{ImpossiblePose, Outcome, Unfinished};
+pub use outline::Outline;
 pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
 pub use touching::{FleshSpec, NearSpec, SurfaceOfFlesh, Touching, TouchingSpec};

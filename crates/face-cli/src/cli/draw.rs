@@ -1,6 +1,7 @@
 //! Pictures of faces, built-in or from files.
 
 use super::error::Failure;
+use super::plain_portrait::plain_portrait;
 use super::portrait::portrait;
 use super::shape_files::carry;
 use super::source::Source;
@@ -19,13 +20,12 @@ const CELL: [usize; 2] = [225, 262];
 const CELLS_IN_ROW: usize = 4;
 /// The colors of a pose at rest should not show its rounding; millimeters.
 const SMALLEST_RANGE: f64 = 0.1;
-const PLAIN: [f32; 3] = [0.84, 0.69, 0.60];
 const SEEN: [f32; 3] = [0.10, 0.45, 0.80];
 const WANTED: [f32; 3] = [0.85, 0.15, 0.15];
 
 /// One shape of a face, ready to be drawn in several panels.
 pub struct Shape {
-    portrait: Option<Portrait>,
+    portrait: Portrait,
     points: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
 }
@@ -33,34 +33,29 @@ pub struct Shape {
 impl Shape {
     pub fn new(source: &Source, positions: &[[f64; 3]], jaw: &AffineMap) -> Self {
         let skin = source.scene.surface();
+        let points = carry(&skin, positions);
         Self {
-            portrait: source
-                .builtin
-                .as_ref()
-                .map(|face| portrait(face, positions, |p| jaw.apply(p))),
-            points: carry(&skin, positions),
+            portrait: match &source.builtin {
+                Some(face) => portrait(face, positions, |p| jaw.apply(p)),
+                None => plain_portrait(&source.scene, &points, &skin.triangles, Some(jaw)),
+            },
+            points,
             triangles: skin.triangles,
         }
     }
 
-    /// A dense target: the skin's vertices at other places.
+    /// A dense target: the skin's vertices at other places. Where its jaw is nobody knows.
     pub fn of_skin(source: &Source, points: Vec<[f64; 3]>) -> Self {
+        let triangles = source.scene.surface().triangles;
         Self {
-            portrait: None,
+            portrait: plain_portrait(&source.scene, &points, &triangles, None),
             points,
-            triangles: source.scene.surface().triangles,
+            triangles,
         }
     }
 
     fn plain(&self, title: &str, camera: Camera) -> Panel<'_> {
-        match &self.portrait {
-            Some(portrait) => portrait.panel(title, camera),
-            None => Panel::new(title, camera).layer(Layer::new(
-                &self.points,
-                &self.triangles,
-                Paint::Uniform(PLAIN),
-            )),
-        }
+        self.portrait.panel(title, camera)
     }
 
     fn painted<'a>(

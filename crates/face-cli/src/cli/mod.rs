@@ -9,6 +9,7 @@ mod fit;
 mod gallery;
 mod jacobian;
 mod output;
+mod plain_portrait;
 mod portrait;
 mod progress;
 mod shape_files;

@@ -198,8 +198,8 @@ impl Paper<'_> {
             if let Some(fine) = resampled(line, course.closed, LAID_STEP) {
                 *line = fine;
             }
-            for (surface, _) in &solids {
-                *line = wrapped(line, clearance, |x| distance_and_normal(surface, x));
+            for solid in &solids {
+                *line = wrapped(line, clearance, |x| distance_and_normal(&solid.surface, x));
             }
             // A corner of a solid may draw neighbors to one point.
             line.dedup();

@@ -9,7 +9,7 @@ fn builtin(name: &str, flesh: &str) -> Result<Scene, SceneError> {
     std::fs::create_dir_all(&folder).expect("a folder");
     let path = folder.join("scene.json");
     let text = format!(
-        r#"{{ "face": {{ "builtin": {{ "tets": 3000 }} }}, "scale": 0.001,
+        r#"{{ "face": {{ "builtin": {{ "tets": 5000 }} }}, "scale": 0.001,
              "material": {{ "preset": "soft_tissue" }}, "contact": {{ "flesh": {flesh} }} }}"#
     );
     std::fs::write(&path, text).expect("a file");
