@@ -175,7 +175,7 @@ fn columns_hold_where_flesh_presses_flesh() {
     let with_faces = |mesh: &SimplexMesh<3>, params| {
         FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap()
     };
-    columns_hold(&mut between_blocks(with_faces), &pose(0.004));
+    columns_hold(&mut between_blocks(with_faces), &pose(0.0025));
 }
 
 #[test]
@@ -190,6 +190,11 @@ fn columns_hold_where_a_carried_skin_presses_itself() {
         let points: Vec<_> = (0..mesh.num_nodes() as u32)
             .map(|n| beyond(mesh, n))
             .collect();
+        // As scenes have it.
+        let params = FleshContactParams {
+            edges: false,
+            ..params
+        };
         FleshContact::carried(mesh, &points, &mesh.boundary().faces, params).unwrap()
     };
     columns_hold(&mut between_blocks(with_skin), &pose(0.003));

@@ -2,8 +2,8 @@
 
 use super::carrier::{Carrier, Spread};
 use super::geometry::Point;
-use super::pair::Pair;
-use super::search::{Search, has, key};
+use super::pair::{Kind, Pair};
+use super::search::Search;
 use super::surface::Surface;
 use super::way::Way;
 use crate::configuration::Configuration;
@@ -183,12 +183,12 @@ impl FleshContact {
     fn look(&mut self, way: Way, kept: Kept) -> bool {
         let margin = self.search.params.margin;
         if std::mem::take(&mut self.forgets) {
-            let found = self.search.pairs(&way, margin, &[]);
+            let found = self.search.pairs(&way, margin);
             let others = found != self.pairs;
             self.set(found, way);
             return others;
         }
-        let mut found = self.search.pairs(&way, margin, &self.pairs);
+        let mut found = self.search.pairs(&way, margin);
         let others = self.others_that_push(&found, &way.from);
         let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
         if !known {
@@ -223,6 +223,14 @@ impl FleshContact {
 /// Is every pair of `few`, sorted alike, in `many`?
 fn includes(many: &[Pair], few: &[Pair]) -> bool {
     few.len() <= many.len() && few.iter().all(|pair| has(many, pair))
+}
+
+fn has(sorted: &[Pair], pair: &Pair) -> bool {
+    sorted.binary_search_by_key(&key(pair), key).is_ok()
+}
+
+fn key(pair: &Pair) -> (Kind, [u32; 4]) {
+    (pair.kind, pair.vertices)
 }
 
 impl Term<3> for FleshContact {
@@ -283,7 +291,7 @@ impl Term<3> for FleshContact {
         if self.forgets {
             return self.look(here, Kept::Found);
         }
-        let near = self.search.pairs(&here, 0.0, &self.pairs);
+        let near = self.search.pairs(&here, 0.0);
         let settled = includes(&self.pairs, &near)
             && self.others_that_push(&near, &here.from).is_empty()
             && self
