@@ -37,6 +37,9 @@ const STEPS: [(&str, usize); 14] = [
     ("contact-lid-behind-eye", 45),
 ];
 
+/// At rest, to rounding, after the first of three steps; the others tell that from a saddle.
+const RIGHT_AFTER_ONE: [&str; 2] = ["start-plane-corotated", "start-plane-arap"];
+
 #[test]
 fn every_quick_row_gives_what_it_says_in_so_many_steps_and_not_after_one() {
     let records = quick(None);
@@ -56,7 +59,7 @@ fn every_quick_row_gives_what_it_says_in_so_many_steps_and_not_after_one() {
     // A solver that stops after a step turns everything red that took more: an error, too, is one
     // only of a solver that tried.
     let limited = quick(Some(1));
-    let (mut red, mut green) = (0, 0);
+    let (mut red, mut green, mut early) = (0, 0, Vec::new());
     for (whole, limited) in records.iter().zip(&limited) {
         assert_eq!(whole.name, limited.name);
         let steps = match &whole.result {
@@ -66,12 +69,7 @@ fn every_quick_row_gives_what_it_says_in_so_many_steps_and_not_after_one() {
         match limited.verdict {
             Verdict::Failed(_) => red += 1,
             _ => {
-                // What is nearly linear may be right after the first of a few steps.
-                assert!(
-                    steps <= 3,
-                    "{} is green after a step of {steps}",
-                    whole.name
-                );
+                early.extend((steps > 1).then_some((whole.name.as_str(), steps)));
                 green += usize::from(whole.expected == Expected::Answer);
             }
         }
@@ -80,5 +78,9 @@ fn every_quick_row_gives_what_it_says_in_so_many_steps_and_not_after_one() {
         "{red} of {} rows red after one step, {green} answers green",
         records.len()
     );
+    let unknown: Vec<_> = (early.iter())
+        .filter(|(name, _)| !RIGHT_AFTER_ONE.contains(name))
+        .collect();
+    assert!(unknown.is_empty(), "green after one step of: {unknown:?}");
     assert!(red >= 9 * green, "{red} red, {green} answers green");
 }

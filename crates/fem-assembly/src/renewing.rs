@@ -21,7 +21,7 @@ const EARLY_LOOKS: usize = 2;
 /// Looks at which stencils without a reason leave; from then on they stay, so that energies fall.
 const MOST_LOOKS: usize = 20;
 /// Rounds at one converged state: two sets of stencils that call for each other must end.
-const MOST_ROUNDS: usize = 8;
+const MOST_ROUNDS: usize = 20;
 
 /// An equilibrium whose stencils hold everything that has an energy there.
 #[derive(Clone, Debug, PartialEq)]

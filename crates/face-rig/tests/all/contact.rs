@@ -175,7 +175,24 @@ fn columns_hold_where_flesh_presses_flesh() {
     let with_faces = |mesh: &SimplexMesh<3>, params| {
         FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap()
     };
-    columns_hold(&mut between_blocks(with_faces), &pose(0.0025));
+    columns_hold(&mut between_blocks(with_faces), &pose(0.004));
+}
+
+#[test]
+fn a_pose_from_rest_does_not_depend_on_what_touched_before() {
+    let with_faces = |mesh: &SimplexMesh<3>, params| {
+        FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap()
+    };
+    let (fresh, visited) = (
+        &mut between_blocks(with_faces),
+        &mut between_blocks(with_faces),
+    );
+    let rest = visited.solved().clone();
+    visited.solve(&pose(0.004)).unwrap();
+    visited.start_from(rest).unwrap();
+    let at = pose(0.003);
+    let alone = fresh.solve(&at).unwrap().clone();
+    assert_eq!(visited.solve(&at).unwrap(), &alone);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use super::carrier::{Carrier, Spread};
 use super::geometry::Point;
-use super::pair::{Kind, Pair};
-use super::search::Search;
+use super::pair::Pair;
+use super::search::{Search, has, key};
 use super::surface::Surface;
 use super::way::Way;
 use crate::configuration::Configuration;
@@ -85,6 +85,13 @@ pub struct FleshContact {
     found: Way,
     /// Must the next look know no earlier pairs?
     forgets: bool,
+    /// Pairs that were dropped while they pushed, since pairs last settled; sorted, as the next two.
+    dropped: Vec<Pair>,
+    /// Those that were dropped twice.
+    disputed: Vec<Pair>,
+    /// Those of them that a later look found again. Two equilibria, one with the pair and one without,
+    /// would call for each other without end: it stays until it clearly faces away.
+    kept: Vec<Pair>,
 }
 
 impl FleshContact {
@@ -144,6 +151,9 @@ impl FleshContact {
             spreads: Vec::new(),
             found: Way::at(Vec::new()),
             forgets: false,
+            dropped: Vec::new(),
+            disputed: Vec::new(),
+            kept: Vec::new(),
         };
         let rest = contact.carrier.positions(mesh.nodes()).into_owned();
         contact.look(Way::at(rest), Kept::Found);
@@ -183,18 +193,26 @@ impl FleshContact {
     fn look(&mut self, way: Way, kept: Kept) -> bool {
         let margin = self.search.params.margin;
         if std::mem::take(&mut self.forgets) {
-            let found = self.search.pairs(&way, margin);
+            self.dropped.clear();
+            self.disputed.clear();
+            self.kept.clear();
+            let found = self.search.pairs(&way, margin, &[]);
             let others = found != self.pairs;
             self.set(found, way);
             return others;
         }
-        let mut found = self.search.pairs(&way, margin);
+        let mut found = self.search.pairs(&way, margin, &self.kept);
         let others = self.others_that_push(&found, &way.from);
         let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
         if !known {
-            if kept == Kept::Pushing && !others.is_empty() {
-                found.extend(others);
-                found.sort_unstable_by_key(key);
+            let back = found.iter().filter(|pair| has(&self.disputed, pair));
+            insert(&mut self.kept, back.copied().collect());
+            if kept == Kept::Pushing {
+                insert(&mut found, others);
+            } else {
+                let again = others.iter().filter(|pair| has(&self.dropped, pair));
+                insert(&mut self.disputed, again.copied().collect());
+                insert(&mut self.dropped, others);
             }
             self.set(found, way);
         } else {
@@ -225,12 +243,13 @@ fn includes(many: &[Pair], few: &[Pair]) -> bool {
     few.len() <= many.len() && few.iter().all(|pair| has(many, pair))
 }
 
-fn has(sorted: &[Pair], pair: &Pair) -> bool {
-    sorted.binary_search_by_key(&key(pair), key).is_ok()
-}
-
-fn key(pair: &Pair) -> (Kind, [u32; 4]) {
-    (pair.kind, pair.vertices)
+/// Puts pairs into a sorted list that may have some of them.
+fn insert(sorted: &mut Vec<Pair>, pairs: Vec<Pair>) {
+    if !pairs.is_empty() {
+        sorted.extend(pairs);
+        sorted.sort_unstable_by_key(key);
+        sorted.dedup_by_key(|pair| key(pair));
+    }
 }
 
 impl Term<3> for FleshContact {
@@ -291,12 +310,16 @@ impl Term<3> for FleshContact {
         if self.forgets {
             return self.look(here, Kept::Found);
         }
-        let near = self.search.pairs(&here, 0.0);
+        let near = self.search.pairs(&here, 0.0, &self.kept);
         let settled = includes(&self.pairs, &near)
             && self.others_that_push(&near, &here.from).is_empty()
             && self
                 .found
                 .holds(&here.from, self.points(), 0.5 * self.free_way());
+        if settled {
+            self.dropped.clear();
+            self.disputed.clear();
+        }
         !settled && self.look(here, Kept::Found)
     }
     fn renew_along(&mut self, at: Configuration<3>, displacement: &[[f64; 3]]) -> bool {

@@ -12,6 +12,10 @@ use fem_solvers::parallel::map;
 const SQUARE: f64 = 0.3;
 /// sin² from which on two edges have a common perpendicular.
 const SKEW: f64 = 0.005;
+/// What a pair that is to be kept may lose of that before it is none.
+const KEPT: f64 = 0.5;
+/// Up to which product of its normals it still faces each other; others do below 0.
+const AWAY: f64 = 0.2;
 
 /// Finds pairs; holds what it needs to be quick.
 #[derive(Clone, Debug)]
@@ -34,6 +38,27 @@ struct Look<'a> {
     normals: Normals,
     /// How much wider than what is felt.
     margin: f64,
+    /// Pairs to be kept until they clearly face away, sorted by kind and vertices.
+    kept: &'a [Pair],
+}
+
+impl Look<'_> {
+    /// The pair, if it faces each other clearly, or is to be kept and has no force at rest.
+    fn accepted(&self, pair: Pair, clearly: bool, rest: &[Point]) -> Option<Pair> {
+        let kept = || has(self.kept, &pair);
+        let quiet = || !(pair.energy(pair.vertices.map(|n| rest[n as usize])) > 0.0);
+        (clearly || (kept() && quiet())).then_some(pair)
+    }
+}
+
+/// Is the pair in a list sorted by kind and vertices?
+pub(crate) fn has(sorted: &[Pair], pair: &Pair) -> bool {
+    sorted.binary_search_by_key(&key(pair), key).is_ok()
+}
+
+/// What pairs are sorted by.
+pub(crate) fn key(pair: &Pair) -> (Kind, [u32; 4]) {
+    (pair.kind, pair.vertices)
 }
 
 impl Search {
@@ -56,11 +81,12 @@ impl Search {
 
     /// Pairs that feel something at the start of a way, or would if their partners came nearer by as
     /// much as they move against each other on it and by `margin`, meters; sorted by kind and vertices.
-    pub fn pairs(&mut self, way: &Way, margin: f64) -> Vec<Pair> {
-        let mut pairs = self.looked(way, margin, &|search, look, kind, a, b| {
+    /// Pairs that are to be `kept` may face each other less than others.
+    pub fn pairs(&mut self, way: &Way, margin: f64, kept: &[Pair]) -> Vec<Pair> {
+        let mut pairs = self.looked(way, margin, kept, &|search, look, kind, a, b| {
             search.candidate(look, kind, a, b)
         });
-        pairs.sort_unstable_by_key(|p| (p.kind, p.vertices));
+        pairs.sort_unstable_by_key(key);
         pairs
     }
 
@@ -69,6 +95,7 @@ impl Search {
         &mut self,
         way: &Way,
         margin: f64,
+        kept: &[Pair],
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
         self.triangle_tree.fit(&self.surface.triangle_boxes(way));
@@ -81,6 +108,7 @@ impl Search {
             positions,
             normals: self.surface.normals(positions),
             margin,
+            kept,
         };
         let reach = self.params.activation.max(self.params.depth) + margin;
         let of_point = |&node: &u32| {
@@ -107,6 +135,7 @@ impl Search {
         let found = self.looked(
             &Way::at(rest.to_vec()),
             margin,
+            &[],
             &|search, look, kind, a, b| {
                 let pair = search.facing(look, kind, a, b)?;
                 let x = pair.vertices.map(|n| look.positions[n as usize]);
@@ -159,8 +188,8 @@ impl Search {
     fn facing_point(&self, look: &Look, node: usize, triangle: usize) -> Option<Pair> {
         let corners = self.surface.triangles[triangle];
         let normals = [look.normals.nodes[node], look.normals.triangles[triangle]];
-        if !(dot(normals[0], normals[1]) < 0.0) || self.surface.are_neighbors(node as u32, &corners)
-        {
+        let toward = dot(normals[0], normals[1]);
+        if !(toward < AWAY) || self.surface.are_neighbors(node as u32, &corners) {
             return None;
         }
         let rest = &self.surface.rest;
@@ -175,13 +204,15 @@ impl Search {
         let [b, c, d] = corners;
         // Edges bear the other half.
         let share = if self.params.edges { 0.5 } else { 1.0 } * self.surface.area[node];
-        Some(self.pair([node as u32, b, c, d], Kind::Point, share))
+        let pair = self.pair([node as u32, b, c, d], Kind::Point, share);
+        look.accepted(pair, toward < 0.0, rest)
     }
 
     fn facing_edges(&self, look: &Look, first: usize, second: usize) -> Option<Pair> {
         let surface = &self.surface;
         let normals = [look.normals.edges[first], look.normals.edges[second]];
-        if !(dot(normals[0], normals[1]) < 0.0) {
+        let toward = dot(normals[0], normals[1]);
+        if !(toward < AWAY) {
             return None;
         }
         let [a, b] = [first, second].map(|e| surface.edges[e].nodes);
@@ -195,9 +226,9 @@ impl Search {
         let length = norm(across);
         let apart = sub(normals[0], normals[1]);
         let along = dot(across, apart);
-        if !(length * length > SKEW * dot(e, e) * dot(f, f))
-            || !(along.abs() > SQUARE * length * norm(apart))
-        {
+        let skew = length * length / (dot(e, e) * dot(f, f));
+        let square = along.abs() / (length * norm(apart));
+        if !(skew > KEPT * SKEW) || !(square > KEPT * SQUARE) {
             return None;
         }
         let rest = &surface.rest;
@@ -216,7 +247,8 @@ impl Search {
         };
         let areas = [surface.edge_area[first], surface.edge_area[second]];
         let share = 0.5 * areas[0] * areas[1] / (areas[0] + areas[1]);
-        Some(self.pair([a[0], a[1], b[0], b[1]], kind, share))
+        let pair = self.pair([a[0], a[1], b[0], b[1]], kind, share);
+        look.accepted(pair, toward < 0.0 && skew > SKEW && square > SQUARE, rest)
     }
 
     /// Could the other side of one piece of flesh, so far away at rest, be taken for a partner that
