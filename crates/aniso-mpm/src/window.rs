@@ -25,15 +25,23 @@ pub trait Scatter<T, const D: usize>: Sync {
     /// Adds particle `particle` to a window whose first node is `origin`; mark `#[inline(always)]`.
     /// `Q` holds one node in the registers of this processor.
     fn scatter<Q: Quad<T>>(&self, particle: usize, origin: [i32; D], window: &mut [Node<T>]);
+    /// Adds these particles in their order; to be written anew where something serves all of them.
+    #[inline(always)]
+    fn scatter_all<Q: Quad<T>>(&self, particles: &[u32], origin: [i32; D], window: &mut [Node<T>]) {
+        for &p in particles {
+            self.scatter::<Q>(p as usize, origin, window);
+        }
+    }
 }
 
-/// What a particle does with the nodes under it.
+/// What particles do with the nodes under them.
 pub trait Visit<T, const D: usize> {
-    /// Particle `particle`, number `rank` in sorted order; mark `#[inline(always)]`.
+    /// The particles of one block in sorted order, the first of them number `rank`; mark
+    /// `#[inline(always)]`.
     fn visit<Q: Quad<T>>(
         &mut self,
         rank: usize,
-        particle: usize,
+        particles: &[u32],
         origin: [i32; D],
         window: &[Node<T>],
     );
@@ -111,27 +119,154 @@ impl<T: Float, S: Scatter<T, D>, const D: usize> QuadKernel<T> for FillWindow<'_
     #[inline(always)]
     fn run<Q: Quad<T>>(self) {
         self.window.fill([T::zero(); 4]);
-        for &p in self.particles {
-            self.task.scatter::<Q>(p as usize, self.origin, self.window);
+        self.task
+            .scatter_all::<Q>(self.particles, self.origin, self.window);
+    }
+}
+
+struct SumWindows<'a, T, K, const D: usize> {
+    blocks: &'a mut [Node<T>],
+    sources: &'a [[u32; 8]],
+    windows: &'a [Node<T>],
+    kernel: PhantomData<K>,
+}
+impl<T: Float, K: Spline, const D: usize> QuadKernel<T> for SumWindows<'_, T, K, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run<Q: Quad<T>>(self) {
+        let (side, len) = (block_side(D), Binning::<K, D>::window_len());
+        let far = Binning::<K, D>::reach() - side;
+        for (block, sources) in self.blocks.chunks_mut(BLOCK_NODES).zip(self.sources) {
+            block.fill([T::zero(); 4]);
+            for (n, &home) in sources.iter().enumerate().take(1 << D) {
+                if home == NONE {
+                    continue;
+                }
+                let window = &self.windows[home as usize * len..][..len];
+                for row in Overlap::<K, D>::new(n) {
+                    let (sums, add) = (&mut block[row.in_block..], &window[row.in_window..]);
+                    if row.far {
+                        add_row::<Q, T>(&mut sums[..far], &add[..far]);
+                    } else {
+                        add_row::<Q, T>(&mut sums[..side], &add[..side]);
+                    }
+                }
+            }
         }
     }
 }
 
-struct ReadWindow<'a, V, T, const D: usize> {
+struct ReadWindow<'a, V, T, K, const D: usize> {
     visitor: &'a mut V,
-    order: &'a [u32],
+    binning: &'a Binning<K, D>,
+    field: &'a [Node<T>],
+    home: usize,
     ranks: Range<usize>,
-    origin: [i32; D],
-    window: &'a [Node<T>],
+    /// Workspace.
+    window: &'a mut [Node<T>],
 }
-impl<T: Float, V: Visit<T, D>, const D: usize> QuadKernel<T> for ReadWindow<'_, V, T, D> {
+impl<T: Float, V: Visit<T, D>, K: Spline, const D: usize> QuadKernel<T>
+    for ReadWindow<'_, V, T, K, D>
+{
     type Output = ();
     #[inline(always)]
     fn run<Q: Quad<T>>(self) {
-        for rank in self.ranks {
-            let p = self.order[rank] as usize;
-            self.visitor.visit::<Q>(rank, p, self.origin, self.window);
+        let (window, binning) = (self.window, self.binning);
+        let side = block_side(D);
+        let far = Binning::<K, D>::reach() - side;
+        let neighbors = &binning.neighbors[self.home];
+        for (n, &slot) in neighbors.iter().enumerate().take(1 << D) {
+            let block = &self.field[slot as usize * BLOCK_NODES..][..BLOCK_NODES];
+            for row in Overlap::<K, D>::new(n) {
+                let (nodes, from) = (&mut window[row.in_window..], &block[row.in_block..]);
+                if row.far {
+                    copy_row::<Q, T>(&mut nodes[..far], &from[..far]);
+                } else {
+                    copy_row::<Q, T>(&mut nodes[..side], &from[..side]);
+                }
+            }
         }
+        let origin = binning.origin(self.home);
+        let (first, particles) = (self.ranks.start, &binning.order[self.ranks]);
+        self.visitor.visit::<Q>(first, particles, origin, window);
+    }
+}
+
+/// Both halves of a row have a length that the compiler knows, and no loop is left.
+#[inline(always)]
+fn add_row<Q: Quad<T>, T: Float>(to: &mut [Node<T>], from: &[Node<T>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        (Q::load(to) + Q::load(from)).store(to);
+    }
+}
+
+#[inline(always)]
+fn copy_row<Q: Quad<T>, T: Float>(to: &mut [Node<T>], from: &[Node<T>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        Q::load(from).store(to);
+    }
+}
+
+/// Nodes of a row along the last axis that a window and a block of nodes share.
+struct SharedRow {
+    in_window: usize,
+    in_block: usize,
+    /// Beyond the window's own block: not a whole side of nodes, but what the kernel reaches.
+    far: bool,
+}
+
+/// The rows that the window of a block shares with the node block at its corner number n: an iterator,
+/// see [`rows`].
+struct Overlap<K, const D: usize> {
+    shift: [usize; D],
+    extent: [usize; D],
+    i: usize,
+    j: usize,
+    kernel: PhantomData<K>,
+}
+impl<K: Spline, const D: usize> Overlap<K, D> {
+    #[inline(always)]
+    fn new(n: usize) -> Self {
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let corner = corner::<D>(n);
+        let (mut shift, mut extent) = ([0; D], [side; D]);
+        for a in 0..D {
+            if corner[a] == 1 {
+                (shift[a], extent[a]) = (side, reach - side);
+            }
+        }
+        Self {
+            shift,
+            extent,
+            i: 0,
+            j: 0,
+            kernel: PhantomData,
+        }
+    }
+}
+impl<K: Spline, const D: usize> Iterator for Overlap<K, D> {
+    type Item = SharedRow;
+    #[inline(always)]
+    fn next(&mut self) -> Option<SharedRow> {
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let (i, j, shift) = (self.i, self.j, self.shift);
+        if i >= self.extent[0] {
+            return None;
+        }
+        self.j += 1;
+        if D == 2 || self.j == self.extent[1] {
+            (self.i, self.j) = (i + 1, 0);
+        }
+        let (mut in_window, mut in_block) = (i + shift[0], i);
+        if D == 3 {
+            in_window = in_window * reach + j + shift[1];
+            in_block = in_block * side + j;
+        }
+        Some(SharedRow {
+            in_window: in_window * reach + shift[D - 1],
+            in_block: in_block * side,
+            far: self.shift[D - 1] > 0,
+        })
     }
 }
 
@@ -173,50 +308,13 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         let sources = self.sources.chunks(BLOCKS);
         let tasks = field.chunks_mut(BLOCKS * BLOCK_NODES).zip(sources);
         parallel::each(tasks, |(blocks, sources)| {
-            for (block, sources) in blocks.chunks_mut(BLOCK_NODES).zip(sources) {
-                block.fill([T::zero(); 4]);
-                for (n, &home) in sources.iter().enumerate().take(1 << D) {
-                    if home != NONE {
-                        let window = &windows[home as usize * len..(home as usize + 1) * len];
-                        Self::overlap(n, |from, to, count| {
-                            for (sum, add) in block[to..to + count]
-                                .iter_mut()
-                                .zip(&window[from..from + count])
-                            {
-                                for c in 0..4 {
-                                    sum[c] += add[c];
-                                }
-                            }
-                        });
-                    }
-                }
-            }
+            dispatch_quads(SumWindows::<T, K, D> {
+                blocks,
+                sources,
+                windows,
+                kernel: PhantomData,
+            });
         });
-    }
-
-    /// Rows that the window of a block shares with the node block at its corner `n`:
-    /// `row(start in the window, start in the block, length)`.
-    #[inline(always)]
-    fn overlap(n: usize, mut row: impl FnMut(usize, usize, usize)) {
-        let side = block_side(D);
-        let reach = Self::reach();
-        let shift: [usize; D] = corner::<D>(n).map(|c| c as usize * side);
-        let extent: [usize; D] = shift.map(|s| side.min(reach - s));
-        if D == 2 {
-            for i in 0..extent[0] {
-                row((i + shift[0]) * reach + shift[1], i * side, extent[1]);
-            }
-        } else {
-            for i in 0..extent[0] {
-                for j in 0..extent[1] {
-                    row(
-                        ((i + shift[0]) * reach + j + shift[1]) * reach + shift[D - 1],
-                        (i * side + j) * side,
-                        extent[D - 1],
-                    );
-                }
-            }
-        }
     }
 
     /// Shows each of the sorted particles in `ranks` its window of `field`.
@@ -232,18 +330,13 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         let mut rank = ranks.start;
         while rank < ranks.end {
             let end = (self.starts[home + 1] as usize).min(ranks.end);
-            for (n, &slot) in self.neighbors[home].iter().enumerate().take(1 << D) {
-                let block = &field[slot as usize * BLOCK_NODES..(slot as usize + 1) * BLOCK_NODES];
-                Self::overlap(n, |to, from, count| {
-                    window[to..to + count].copy_from_slice(&block[from..from + count]);
-                });
-            }
             dispatch_quads(ReadWindow {
                 visitor,
-                order: &self.order,
+                binning: self,
+                field,
+                home,
                 ranks: rank..end,
-                origin: self.origin(home),
-                window: &window,
+                window: &mut window,
             });
             rank = end;
             home += 1;
@@ -294,10 +387,12 @@ impl<T: Copy, R, G: Gather<T, D, Output = R>, const D: usize> Visit<T, D> for Co
     fn visit<Q: Quad<T>>(
         &mut self,
         rank: usize,
-        particle: usize,
+        particles: &[u32],
         origin: [i32; D],
         window: &[Node<T>],
     ) {
-        self.out[rank - self.first] = self.read.gather::<Q>(particle, origin, window);
+        for (out, &p) in self.out[rank - self.first..].iter_mut().zip(particles) {
+            *out = self.read.gather::<Q>(p as usize, origin, window);
+        }
     }
 }
