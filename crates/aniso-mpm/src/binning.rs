@@ -73,7 +73,7 @@ impl<K: Spline, const D: usize> Binning<K, D> {
     pub fn rebuild<T: Float>(&mut self, x: &[[T; D]]) -> Result<(), MpmError> {
         let mut runs = self.find_runs(x);
         let seen = Self::find_blocks(x, &mut runs)?;
-        self.homes.rebuild(seen.iter().copied());
+        let other_homes = self.homes.rebuild(seen.iter().copied());
         let rank: Vec<u32> = seen
             .iter()
             .map(|&k| {
@@ -83,7 +83,10 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             })
             .collect();
         self.sort(&runs, &rank, x.len());
-        self.link();
+        // Most steps move particles between blocks that others are in already.
+        if other_homes {
+            self.link();
+        }
         Ok(())
     }
 

@@ -134,8 +134,8 @@ impl<T: Float, K: Spline, const D: usize> QuadKernel<T> for SumWindows<'_, T, K,
     type Output = ();
     #[inline(always)]
     fn run<Q: Quad<T>>(self) {
-        let (side, len) = (block_side(D), Binning::<K, D>::window_len());
-        let far = Binning::<K, D>::reach() - side;
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let len = Binning::<K, D>::window_len();
         for (block, sources) in self.blocks.chunks_mut(BLOCK_NODES).zip(self.sources) {
             block.fill([T::zero(); 4]);
             for (n, &home) in sources.iter().enumerate().take(1 << D) {
@@ -143,12 +143,16 @@ impl<T: Float, K: Spline, const D: usize> QuadKernel<T> for SumWindows<'_, T, K,
                     continue;
                 }
                 let window = &self.windows[home as usize * len..][..len];
-                for row in Overlap::<K, D>::new(n) {
-                    let (sums, add) = (&mut block[row.in_block..], &window[row.in_window..]);
-                    if row.far {
-                        add_row::<Q, T>(&mut sums[..far], &add[..far]);
-                    } else {
-                        add_row::<Q, T>(&mut sums[..side], &add[..side]);
+                let overlap = Overlap::<D>::new::<K>(n);
+                for i in 0..overlap.planes {
+                    let (of_window, of_block) = overlap.plane::<K>(i);
+                    let rows = block[of_block].chunks_exact_mut(side);
+                    for (sums, add) in rows.zip(window[of_window].chunks_exact(reach)) {
+                        if overlap.far {
+                            add_row::<Q, T>(&mut sums[..reach - side], &add[side..]);
+                        } else {
+                            add_row::<Q, T>(sums, &add[..side]);
+                        }
                     }
                 }
             }
@@ -172,17 +176,20 @@ impl<T: Float, V: Visit<T, D>, K: Spline, const D: usize> QuadKernel<T>
     #[inline(always)]
     fn run<Q: Quad<T>>(self) {
         let (window, binning) = (self.window, self.binning);
-        let side = block_side(D);
-        let far = Binning::<K, D>::reach() - side;
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
         let neighbors = &binning.neighbors[self.home];
         for (n, &slot) in neighbors.iter().enumerate().take(1 << D) {
             let block = &self.field[slot as usize * BLOCK_NODES..][..BLOCK_NODES];
-            for row in Overlap::<K, D>::new(n) {
-                let (nodes, from) = (&mut window[row.in_window..], &block[row.in_block..]);
-                if row.far {
-                    copy_row::<Q, T>(&mut nodes[..far], &from[..far]);
-                } else {
-                    copy_row::<Q, T>(&mut nodes[..side], &from[..side]);
+            let overlap = Overlap::<D>::new::<K>(n);
+            for i in 0..overlap.planes {
+                let (of_window, of_block) = overlap.plane::<K>(i);
+                let rows = window[of_window].chunks_exact_mut(reach);
+                for (nodes, from) in rows.zip(block[of_block].chunks_exact(side)) {
+                    if overlap.far {
+                        copy_row::<Q, T>(&mut nodes[side..], &from[..reach - side]);
+                    } else {
+                        copy_row::<Q, T>(&mut nodes[..side], from);
+                    }
                 }
             }
         }
@@ -207,66 +214,50 @@ fn copy_row<Q: Quad<T>, T: Float>(to: &mut [Node<T>], from: &[Node<T>]) {
     }
 }
 
-/// Nodes of a row along the last axis that a window and a block of nodes share.
-struct SharedRow {
-    in_window: usize,
-    in_block: usize,
-    /// Beyond the window's own block: not a whole side of nodes, but what the kernel reaches.
+/// The rows that the window of a block shares with the node block at one of its corners.
+struct Overlap<const D: usize> {
+    /// Rows in a plane (in 2D the planes are the rows).
+    lines: usize,
+    planes: usize,
+    /// Number of the first row in the window.
+    first: usize,
+    /// Beyond the window's own block on the last axis: rows have not a whole side of nodes, but what the
+    /// kernel reaches.
     far: bool,
 }
 
-/// The rows that the window of a block shares with the node block at its corner number n: an iterator,
-/// see [`rows`].
-struct Overlap<K, const D: usize> {
-    shift: [usize; D],
-    extent: [usize; D],
-    i: usize,
-    j: usize,
-    kernel: PhantomData<K>,
-}
-impl<K: Spline, const D: usize> Overlap<K, D> {
+impl<const D: usize> Overlap<D> {
+    /// At corner number n.
     #[inline(always)]
-    fn new(n: usize) -> Self {
+    fn new<K: Spline>(n: usize) -> Self {
         let (side, reach) = (block_side(D), Binning::<K, D>::reach());
         let corner = corner::<D>(n);
-        let (mut shift, mut extent) = ([0; D], [side; D]);
-        for a in 0..D {
-            if corner[a] == 1 {
-                (shift[a], extent[a]) = (side, reach - side);
-            }
+        let extent = |far: i32| if far == 0 { side } else { reach - side };
+        let shift = |far: i32| if far == 0 { 0 } else { side };
+        let (mut lines, mut first) = (1, shift(corner[0]));
+        if D == 3 {
+            lines = extent(corner[1]);
+            first = first * reach + shift(corner[1]);
         }
         Self {
-            shift,
-            extent,
-            i: 0,
-            j: 0,
-            kernel: PhantomData,
+            lines,
+            planes: extent(corner[0]),
+            first,
+            far: corner[D - 1] != 0,
         }
     }
-}
-impl<K: Spline, const D: usize> Iterator for Overlap<K, D> {
-    type Item = SharedRow;
+
+    /// Nodes of the window and of the block that hold the shared rows of plane number i: whole rows of
+    /// either.
     #[inline(always)]
-    fn next(&mut self) -> Option<SharedRow> {
+    fn plane<K: Spline>(&self, i: usize) -> (Range<usize>, Range<usize>) {
         let (side, reach) = (block_side(D), Binning::<K, D>::reach());
-        let (i, j, shift) = (self.i, self.j, self.shift);
-        if i >= self.extent[0] {
-            return None;
-        }
-        self.j += 1;
-        if D == 2 || self.j == self.extent[1] {
-            (self.i, self.j) = (i + 1, 0);
-        }
-        let (mut in_window, mut in_block) = (i + shift[0], i);
+        let (mut in_window, mut in_block) = (i, i);
         if D == 3 {
-            in_window = in_window * reach + j + shift[1];
-            in_block = in_block * side + j;
+            (in_window, in_block) = (i * reach, i * side);
         }
-        Some(SharedRow {
-            in_window: in_window * reach + shift[D - 1],
-            in_block: in_block * side,
-            far: self.shift[D - 1] > 0,
-        })
+        let (from, to) = ((self.first + in_window) * reach, in_block * side);
+        (from..from + self.lines * reach, to..to + self.lines * side)
     }
 }
 
