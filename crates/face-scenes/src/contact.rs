@@ -334,7 +334,7 @@ fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
 }
 
 impl Contact {
-    /// Adds a term for each solid, and one for the flesh itself.
+    /// Adds a term for the solids of each bone, and one for the flesh itself.
     pub(super) fn add_to(
         &self,
         mut builder: AssemblyBuilder<3>,
@@ -352,8 +352,12 @@ impl Contact {
             let carried = embedding.values().copied();
             let mut points = ContactPoint::carried(mesh, &faces, carried);
             points.retain(|p| p.point.nodes.iter().any(|&n| free(n)));
-            for solid in &self.solids {
-                builder = builder.term(solid.term(&points, mesh, bones, self.params)?)?;
+            for bone in [Bone::Cranium, Bone::Jaw] {
+                let solids = self.solids.iter().filter(|s| s.moves_with == bone);
+                let solids: Vec<&Solid> = solids.collect();
+                if !solids.is_empty() {
+                    builder = builder.term(rigid(&solids, &points, mesh, bones, self.params)?)?;
+                }
             }
         }
         match self.flesh {
@@ -370,30 +374,37 @@ impl Contact {
 }
 
 impl Solid {
-    fn term(
-        &self,
-        points: &[ContactPoint],
-        mesh: &SimplexMesh<3>,
-        bones: &Bones,
-        params: RigidContactParams,
-    ) -> Result<RigidContact, AssemblyError> {
-        let rest = mesh.nodes();
+    /// Is a point so near at rest that it may come to touch?
+    fn is_near(&self, x: [f64; 3]) -> bool {
         let [low, high] = self.bounds;
-        let near = |p: &&ContactPoint| {
-            let x = p.position(rest);
-            (0..3).all(|i| x[i] > low[i] - TRAVEL && x[i] < high[i] + TRAVEL)
-        };
-        let near: Vec<ContactPoint> = points.iter().filter(near).copied().collect();
-        let frame = if self.moves_with == Bone::Jaw {
-            let taken: BTreeSet<usize> = near.iter().flat_map(ContactPoint::nodes).collect();
-            let jaw = bones.jaw.iter().map(|&n| n as usize);
-            let untouched: Vec<usize> = jaw.filter(|n| !taken.contains(n)).collect();
-            Some(RigidFrame::new(rest, &untouched)?)
-        } else {
-            None
-        };
-        RigidContact::new(self.surface.clone(), frame, near, rest, params)
+        (0..3).all(|i| x[i] > low[i] - TRAVEL && x[i] < high[i] + TRAVEL)
     }
+}
+
+/// The term of the solids that move with one bone.
+fn rigid(
+    solids: &[&Solid],
+    points: &[ContactPoint],
+    mesh: &SimplexMesh<3>,
+    bones: &Bones,
+    params: RigidContactParams,
+) -> Result<RigidContact, AssemblyError> {
+    let rest = mesh.nodes();
+    let near = |p: &&ContactPoint| {
+        let x = p.position(rest);
+        solids.iter().any(|solid| solid.is_near(x))
+    };
+    let near: Vec<ContactPoint> = points.iter().filter(near).copied().collect();
+    let frame = if solids.iter().any(|solid| solid.moves_with == Bone::Jaw) {
+        let taken: BTreeSet<usize> = near.iter().flat_map(ContactPoint::nodes).collect();
+        let jaw = bones.jaw.iter().map(|&n| n as usize);
+        let untouched: Vec<usize> = jaw.filter(|n| !taken.contains(n)).collect();
+        Some(RigidFrame::new(rest, &untouched)?)
+    } else {
+        None
+    };
+    let surfaces = solids.iter().map(|solid| solid.surface.clone()).collect();
+    RigidContact::new(surfaces, frame, near, rest, params)
 }
 
 #[cfg(test)]

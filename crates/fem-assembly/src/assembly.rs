@@ -36,6 +36,8 @@ pub struct Assembly<const D: usize> {
     pub(crate) controls: usize,
     pub(crate) force_scales: OnceLock<Option<Vec<f64>>>,
     pub(crate) counter: Counter,
+    /// Must the next look find the pattern anew?
+    pub(crate) forgets: bool,
 }
 
 impl<const D: usize> std::fmt::Debug for Assembly<D> {

@@ -251,6 +251,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             controls,
             force_scales: std::sync::OnceLock::new(),
             counter: Counter::default(),
+            forgets: false,
         })
     }
 }

@@ -155,49 +155,83 @@ pub(crate) fn pieces<const D: usize>(
     pieces
 }
 
+/// The pairs of rows that stencils couple, higher first.
+fn coupled<'a, const D: usize>(
+    stencils: &'a Stencils,
+    dofs: &'a Dofs<D>,
+) -> impl Iterator<Item = (usize, usize)> + 'a {
+    let rank = dofs.rank();
+    let of = |k: usize| {
+        let nodes = stencils.nodes_of(k);
+        (1..nodes.len()).flat_map(move |a| nodes[..a].iter().map(move |&n| (nodes[a], n)))
+    };
+    (0..stencils.count())
+        .flat_map(of)
+        .filter_map(move |(m, n)| {
+            let (high, low) = (rank[m].max(rank[n]), rank[m].min(rank[n]));
+            (high != PRESCRIBED).then_some((high as usize, low as usize))
+        })
+}
+
 /// The places of the Hessian: whatever shares a stencil.
 pub(crate) fn pattern<const D: usize>(
     dofs: &Dofs<D>,
     summands: &[Summand<D>],
 ) -> Result<BlockPattern, AssemblyError> {
-    let rank = dofs.rank();
-    let coupled = |nodes: &[usize]| {
-        let mut pairs = Vec::new();
-        for (a, &m) in nodes.iter().enumerate() {
-            for &n in &nodes[..a] {
-                if rank[m] != PRESCRIBED && rank[n] != PRESCRIBED {
-                    pairs.push((rank[m] as usize, rank[n] as usize));
-                }
-            }
-        }
-        pairs
-    };
-    let of_terms = summands
-        .iter()
-        .flat_map(|s| (0..s.stencils.count()).flat_map(|k| coupled(s.stencils.nodes_of(k))));
-    BlockPattern::from_adjacency(dofs.free_nodes(), of_terms).map_err(|_| {
-        AssemblyError::TooManyNodes {
-            count: dofs.free_nodes(),
-        }
-    })
+    let pairs = summands.iter().flat_map(|s| coupled(&s.stencils, dofs));
+    BlockPattern::from_adjacency(dofs.free_nodes(), pairs).map_err(|_| too_many(dofs))
 }
 
-/// Has the pattern a place for everything that these stencils couple?
-pub(crate) fn fits<const D: usize>(
-    stencils: &Stencils,
-    dofs: &Dofs<D>,
+fn too_many<const D: usize>(dofs: &Dofs<D>) -> AssemblyError {
+    AssemblyError::TooManyNodes {
+        count: dofs.free_nodes(),
+    }
+}
+
+/// The pattern with the places that other stencils need as well; `None` where it has them all.
+pub(crate) fn extended<'a, const D: usize>(
     pattern: &BlockPattern,
-) -> bool {
-    let rank = dofs.rank();
-    let has = |m: u32, n: u32| {
-        let (high, low) = (m.max(n), m.min(n));
-        high == PRESCRIBED || pattern.find(high as usize, low as usize).is_some()
-    };
-    (0..stencils.count()).all(|k| {
-        let nodes = stencils.nodes_of(k);
-        let pairs = (1..nodes.len()).flat_map(|a| nodes[..a].iter().map(move |&n| (nodes[a], n)));
-        pairs.into_iter().all(|(m, n)| has(rank[m], rank[n]))
-    })
+    dofs: &'a Dofs<D>,
+    stencils: impl Iterator<Item = &'a Stencils>,
+) -> Result<Option<BlockPattern>, AssemblyError> {
+    let mut missing: Vec<(usize, usize)> = stencils
+        .flat_map(|s| coupled(s, dofs))
+        .filter(|&(high, low)| pattern.find(high, low).is_none())
+        .collect();
+    if missing.is_empty() {
+        return Ok(None);
+    }
+    missing.sort_unstable();
+    missing.dedup();
+    let extended = pattern.extended(missing).map_err(|_| too_many(dofs))?;
+    Ok(Some(extended))
+}
+
+/// For each stored block of `old` its index in `new`, which has all of them.
+pub(crate) fn moved(old: &BlockPattern, new: &BlockPattern) -> Vec<usize> {
+    let mut places = Vec::with_capacity(old.stored());
+    for row in 0..old.blocks() {
+        let mut at = new.row_start()[row];
+        for column in old.row(row) {
+            while new.columns()[at] != *column {
+                at += 1;
+            }
+            places.push(at);
+        }
+    }
+    places
+}
+
+impl Work {
+    /// Takes the places in another pattern, where all of them are; `first` are the first values of the
+    /// chunk in both.
+    pub fn moved(&mut self, places: &[usize], first: [usize; 2]) {
+        for place in self.places.iter_mut().filter(|place| **place != NONE) {
+            let mark = *place & TRANSPOSED;
+            let old = (*place & !TRANSPOSED) as usize + first[0];
+            *place = (places[old] - first[1]) as u32 | mark;
+        }
+    }
 }
 
 /// Cuts the rows into runs of about equal work.

@@ -172,6 +172,10 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         let largest = forces.iter().fold(0.0_f64, |m, f| m.max(*f));
         Some(scales.iter().map(|s| largest.min(strain * s)).collect())
     }
+    /// [`Assembly::force_scales`]: a strain of one.
+    fn largest_gradient_scales(&self) -> Option<Vec<f64>> {
+        self.assembly.force_scales().map(<[f64]>::to_vec)
+    }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         let positions = self.positions(x);
         let at = Configuration::trusted(&positions, &self.controls);

@@ -15,6 +15,7 @@ impl<const D: usize> Assembly<D> {
 
     /// Lets the next [`Assembly::renew`] depend on no configuration seen before.
     pub fn forget(&mut self) {
+        self.forgets = true;
         for summand in &mut self.summands {
             summand.term.forget();
         }
@@ -23,7 +24,8 @@ impl<const D: usize> Assembly<D> {
     /// Asks every term for the stencils that `at` and its neighborhood need; true when some changed.
     ///
     /// Only what depends on changed stencils is planned anew. The pattern is another `Arc` when, and
-    /// only when, a pair of nodes is coupled that had no place in it: then a solver that has analyzed
+    /// only when, a pair of nodes is coupled that had no place in it (it then keeps the places that it
+    /// had), or after [`Assembly::forget`] one has a place that is not: then a solver that has analyzed
     /// the old one must be made again, as
     /// [`solve_renewing`](crate::solve_renewing) does.
     ///
@@ -33,6 +35,14 @@ impl<const D: usize> Assembly<D> {
     /// then no longer usable.
     pub fn renew(&mut self, at: Configuration<D>) -> Result<bool, AssemblyError> {
         self.renewed(|term| term.renew(at))
+    }
+
+    /// The same where an equilibrium was found ([`Term::renew_at_equilibrium`]).
+    pub(crate) fn renew_at_equilibrium(
+        &mut self,
+        at: Configuration<D>,
+    ) -> Result<bool, AssemblyError> {
+        self.renewed(|term| term.renew_at_equilibrium(at))
     }
 
     /// The same for a step by `displacement` that is about to be taken ([`Term::renew_along`]).
@@ -65,34 +75,61 @@ impl<const D: usize> Assembly<D> {
             summand.first_energy = stencils;
             stencils += summand.stencils.count();
         }
-        if !changed.contains(&true) {
+        let anew = std::mem::take(&mut self.forgets);
+        let any = changed.contains(&true);
+        if !any && !anew {
             return Ok(false);
         }
         if u32::try_from(stencils).is_err() {
             return Err(AssemblyError::TooManyStencils { count: stencils });
         }
-        self.plan_again(&changed)?;
-        Ok(true)
+        Ok(self.plan_again(&changed, anew)? || any)
     }
 
-    fn plan_again(&mut self, changed: &[bool]) -> Result<(), AssemblyError> {
-        let terms = || self.summands.iter().zip(changed);
-        let fits = terms().all(|(s, &c)| !c || plan::fits(&s.stencils, &self.dofs, &self.pattern));
-        if !fits {
-            self.pattern = Arc::new(plan::pattern(&self.dofs, &self.summands)?);
-        }
+    fn plan_again(&mut self, changed: &[bool], anew: bool) -> Result<bool, AssemblyError> {
+        let before = self.pattern.clone();
+        self.find_pattern(changed, anew)?;
+        let same = Arc::ptr_eq(&before, &self.pattern);
+        // A pattern that grew has a place for all that the old one had.
+        let places = (!same && !anew).then(|| plan::moved(&before, &self.pattern));
         for chunk in &mut self.chunks {
+            let first = [&before, &self.pattern].map(|p| p.row_start()[chunk.rows.start]);
             let works = chunk.works.iter_mut().zip(&self.summands).zip(changed);
             for ((work, summand), &changed) in works {
-                if changed || !fits {
-                    let stencils = &summand.stencils;
-                    *work = plan::work(stencils, &chunk.rows, &self.dofs, &self.pattern);
+                match &places {
+                    _ if !changed && same => {}
+                    Some(places) if !changed => work.moved(places, first),
+                    _ => {
+                        let stencils = &summand.stencils;
+                        *work = plan::work(stencils, &chunk.rows, &self.dofs, &self.pattern);
+                    }
                 }
             }
         }
-        self.free = plan::free(&mut self.summands, &self.dofs);
-        self.free_pieces = plan::pieces(&self.summands, &self.free, true);
-        self.prescribed_pieces = plan::pieces(&self.summands, &self.free, false);
+        if changed.contains(&true) {
+            self.free = plan::free(&mut self.summands, &self.dofs);
+            self.free_pieces = plan::pieces(&self.summands, &self.free, true);
+            self.prescribed_pieces = plan::pieces(&self.summands, &self.free, false);
+        }
+        Ok(!same)
+    }
+
+    /// Puts another pattern in place where the present one lacks something, or `anew` where it has
+    /// too much. Between two of these it only grows: what touched once is likely to touch again, and
+    /// an analysis costs more than the zeros.
+    fn find_pattern(&mut self, changed: &[bool], anew: bool) -> Result<(), AssemblyError> {
+        if !anew {
+            let others = self.summands.iter().zip(changed).filter(|(_, c)| **c);
+            let others = others.map(|(s, _)| &s.stencils);
+            if let Some(grown) = plan::extended(&self.pattern, &self.dofs, others)? {
+                self.pattern = Arc::new(grown);
+            }
+            return Ok(());
+        }
+        let pattern = plan::pattern(&self.dofs, &self.summands)?;
+        if pattern != *self.pattern {
+            self.pattern = Arc::new(pattern);
+        }
         Ok(())
     }
 }

@@ -113,11 +113,12 @@ pub fn solve_renewing<const D: usize>(
     };
     let mut params = *params;
     let (most, mut rounds) = (params.max_iterations, 0);
-    renew(assembly, newton, controls, &mut done)?;
+    renew(assembly, newton, controls, &mut done, Assembly::renew)?;
     loop {
         params.max_iterations = most.saturating_sub(done.iterations);
         part(assembly, newton, controls, &mut params, &mut done)?;
-        if !renew(assembly, newton, controls, &mut done)? {
+        let look = Assembly::renew_at_equilibrium;
+        if !renew(assembly, newton, controls, &mut done, look)? {
             return Ok(done);
         }
         rounds += 1;
@@ -133,11 +134,12 @@ fn renew<const D: usize>(
     newton: &mut Newton<'_, D>,
     controls: &[f64],
     done: &mut RenewedSolution<D>,
+    look: impl Fn(&mut Assembly<D>, Configuration<D>) -> Result<bool, AssemblyError>,
 ) -> Result<bool, RenewingError<D>> {
     // A borrow of the configuration must not hold the assembly.
     let positions = std::mem::take(&mut done.positions);
     let at = assembly.configuration(&positions, controls)?;
-    let changed = assembly.renew(at)?;
+    let changed = look(assembly, at)?;
     done.positions = positions;
     done.renewals += usize::from(changed);
     let analyzed = newton.matrix().map(BlockSymmetric::pattern);
@@ -299,6 +301,9 @@ impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
     }
     fn gradient_scales(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.asked(|p| p.gradient_scales(x))
+    }
+    fn largest_gradient_scales(&self) -> Option<Vec<f64>> {
+        self.asked(|p| p.largest_gradient_scales())
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.asked(|p| p.gradient_rounding(x))

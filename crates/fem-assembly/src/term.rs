@@ -93,6 +93,12 @@ pub trait Term<const D: usize>: Send + Sync {
         false
     }
 
+    /// [`Term::renew`] where an equilibrium was found with the present stencils. When it calls for
+    /// others, and theirs for these again, a term can settle the dispute.
+    fn renew_at_equilibrium(&mut self, at: Configuration<D>) -> bool {
+        self.renew(at)
+    }
+
     /// Told that the next [`Term::renew`] or [`Term::renew_along`] must not depend on earlier ones.
     fn forget(&mut self) {}
 

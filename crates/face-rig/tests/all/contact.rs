@@ -55,7 +55,7 @@ fn under_a_ball() -> Rig {
         depth: 8e-3,
     };
     let contact = RigidContact::new(
-        RigidSurface::Implicit(ball),
+        vec![RigidSurface::Implicit(ball)],
         Some(frame),
         points,
         rest,

@@ -21,12 +21,11 @@ impl EmbeddedPoint {
 
     /// Where the point is when the mesh's nodes are at `x`, meters: at rest with those of the mesh.
     /// `x` has one entry per node.
+    #[inline]
     pub fn position(&self, x: &[[f64; 3]]) -> [f64; 3] {
-        std::array::from_fn(|i| {
-            (0..4)
-                .map(|k| self.weights[k] * x[self.nodes[k] as usize][i])
-                .sum()
-        })
+        let [a, b, c, d] = self.nodes.map(|n| x[n as usize]);
+        let [p, q, r, s] = self.weights;
+        std::array::from_fn(|i| p * a[i] + q * b[i] + r * c[i] + s * d[i])
     }
 }
 

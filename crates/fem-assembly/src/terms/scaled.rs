@@ -145,6 +145,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     fn forget(&mut self) {
         self.term.forget();
     }
+    fn renew_at_equilibrium(&mut self, at: Configuration<D>) -> bool {
+        self.term.renew_at_equilibrium(at)
+    }
     fn renew(&mut self, at: Configuration<D>) -> bool {
         self.term.renew(at)
     }

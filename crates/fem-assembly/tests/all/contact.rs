@@ -227,6 +227,126 @@ fn nothing_is_felt_and_no_pattern_changes_where_nothing_is_near() {
     assert!(force(&near, mesh.nodes()).iter().all(|g| g.abs() < 1e-9));
 }
 
+/// The Hessian has the same numbers in a pattern that grew as in one made for what touches now, and
+/// after `forget` the pattern is that one.
+#[test]
+fn a_pattern_grows_while_pairs_come_and_go_until_it_is_forgotten() {
+    let mesh = blocks(0.3);
+    let mut used = assembly(&mesh, 0.3);
+    let at_rest = used.pattern().clone();
+    let mut before = at_rest.stored();
+    for by in [0.2, 0.32, 0.1, 0.25] {
+        let x = lowered(&mesh, by);
+        used.renew(used.configuration(&x, &[]).unwrap()).unwrap();
+        let grown = used.pattern().stored();
+        assert!(grown >= before, "{by}: {grown} < {before}");
+        before = grown;
+        let mut fresh = assembly(&mesh, 0.3);
+        fresh.renew(fresh.configuration(&x, &[]).unwrap()).unwrap();
+        let hessian = |body: &Assembly<3>| {
+            let mut matrix = BlockSymmetric::zeros(body.pattern().clone());
+            let at = body.configuration(&x, &[]).unwrap();
+            body.hessian(at, HessianProjection::None, &mut matrix);
+            matrix
+        };
+        let (own, other) = (hessian(&used), hessian(&fresh));
+        for row in 0..own.pattern().blocks() {
+            for (&column, k) in own
+                .pattern()
+                .row(row)
+                .iter()
+                .zip(own.pattern().row_start()[row]..)
+            {
+                let found = own.values()[k];
+                let place = other.pattern().find(row, column as usize);
+                let expected = place.map_or([[0.0; 3]; 3], |k| other.values()[k]);
+                assert_eq!(found, expected, "{by}: block ({row}, {column})");
+            }
+        }
+        assert_eq!(force(&used, &x), force(&fresh, &x));
+    }
+    assert!(before > at_rest.stored());
+    used.forget();
+    let rest = mesh.nodes().to_vec();
+    assert!(used.renew(used.configuration(&rest, &[]).unwrap()).unwrap());
+    assert_eq!(**used.pattern(), *at_rest);
+}
+
+/// A wide face and, above it, a tetrahedron that points down at it.
+fn pointed() -> SimplexMesh<3> {
+    let nodes = vec![
+        [-10.0, -10.0, 0.0],
+        [10.0, -10.0, 0.0],
+        [0.0, 20.0, 0.0],
+        [0.0, 0.0, -5.0],
+        [0.0, 0.0, 1.0],
+        [-0.4, -0.3, 2.0],
+        [0.4, -0.3, 2.0],
+        [0.0, 0.5, 2.0],
+    ];
+    let (low, high) = ([0, 2, 1, 3], [4, 5, 6, 7]);
+    SimplexMesh::new(nodes, [low, high].concat()).unwrap()
+}
+
+/// A pair that comes with a push and goes twice stays as long as it does not clearly face away; one
+/// that is dropped even so stays as long as it is near, until all is forgotten.
+#[test]
+fn a_pair_that_looks_disagree_about_stays() {
+    let mesh = pointed();
+    let params = FleshContactParams {
+        margin: 0.05,
+        edges: false,
+        ..PARAMS
+    };
+    let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
+    // The tip at this height, turned by so many degrees about itself.
+    let turned = |height: f64, degrees: f64| -> Vec<Point> {
+        let (s, c) = degrees.to_radians().sin_cos();
+        let place = |(n, p): (usize, &Point)| match n {
+            0..4 => *p,
+            _ => [
+                p[0],
+                c * p[1] - s * (p[2] - 1.0),
+                height + s * p[1] + c * (p[2] - 1.0),
+            ],
+        };
+        mesh.nodes().iter().enumerate().map(place).collect()
+    };
+    let (far, touching) = (turned(0.8, 0.0), turned(-0.01, 0.0));
+    let (aside, away) = (turned(-0.01, 96.0), turned(-0.01, 120.0));
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
+    let body = AssemblyBuilder::new(&mesh, dofs).unwrap().build().unwrap();
+    let look = |contact: &mut FleshContact, x: &[Point]| {
+        contact.renew(body.configuration(x, &[]).unwrap());
+        contact.pairs()
+    };
+    let ends = |contact: &mut FleshContact, x: &[Point]| {
+        contact.renew_at_equilibrium(body.configuration(x, &[]).unwrap());
+        contact.pairs()
+    };
+    // It faces away aside, and is dropped there; the third dispute keeps it, so that it settles.
+    let found = [&touching, &aside, &touching, &aside].map(|x| ends(&mut contact, x));
+    assert_eq!(found, [1, 0, 1, 1]);
+    // Clearly away it is dropped even so, until it has come and gone eight times.
+    for _ in 0..4 {
+        let found = [&away, &touching].map(|x| ends(&mut contact, x));
+        assert_eq!(found, [0, 1]);
+    }
+    assert_eq!(ends(&mut contact, &away), 1);
+    contact.forget();
+    assert_eq!(look(&mut contact, &far), 0);
+    // Looks on the way are no disputes.
+    for _ in 0..9 {
+        let found = [&touching, &aside].map(|x| look(&mut contact, x));
+        assert_eq!(found, [1, 0]);
+    }
+    // What has settled is none either.
+    for _ in 0..4 {
+        let found = [&touching, &touching, &aside, &aside].map(|x| ends(&mut contact, x));
+        assert_eq!(found, [1, 1, 0, 0]);
+    }
+}
+
 /// Springs whose stencils change whenever they are asked: no equilibrium is that of its stencils.
 struct Fickle {
     pair: [usize; 2],

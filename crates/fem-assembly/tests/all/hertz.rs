@@ -55,7 +55,8 @@ fn a_ball_presses_as_hertz_says() {
         center,
         radius: RADIUS,
     });
-    let contact = RigidContact::new(ball.clone(), None, points.clone(), rest, params).unwrap();
+    let contact =
+        RigidContact::new(vec![ball.clone()], None, points.clone(), rest, params).unwrap();
     let flesh = NeoHookean {
         mu: YOUNG / (2.0 * (1.0 + POISSON)),
         lambda: YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON)),

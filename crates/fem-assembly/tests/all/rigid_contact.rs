@@ -162,7 +162,7 @@ fn scene(sampled: bool, moving: bool) -> Scene {
         pressure: 1e4,
         depth: f64::INFINITY,
     };
-    let contact = RigidContact::new(surface, frame, points, rest, params).unwrap();
+    let contact = RigidContact::new(vec![surface], frame, points, rest, params).unwrap();
     let prescribed = if moving { &bone } else { &high };
     let dofs = Dofs::with_prescribed_nodes(rest, prescribed).unwrap();
     let flesh = NeoHookean {
@@ -349,8 +349,14 @@ fn no_step_leads_through_a_thin_solid() {
         pressure: 1e4,
         depth: 0.04,
     };
-    let contact =
-        RigidContact::new(RigidSurface::Implicit(slab), None, points, rest, params).unwrap();
+    let contact = RigidContact::new(
+        vec![RigidSurface::Implicit(slab)],
+        None,
+        points,
+        rest,
+        params,
+    )
+    .unwrap();
     let dofs = Dofs::all_free(rest).unwrap();
     let assembly = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
@@ -390,8 +396,14 @@ fn a_solve_does_not_pass_a_thin_solid() {
         depth: 0.04,
     };
     let points = ContactPoint::on_faces(&mesh, &faces);
-    let contact =
-        RigidContact::new(RigidSurface::Implicit(slab), None, points, rest, params).unwrap();
+    let contact = RigidContact::new(
+        vec![RigidSurface::Implicit(slab)],
+        None,
+        points,
+        rest,
+        params,
+    )
+    .unwrap();
     let mut forces = vec![[0.0_f64; 3]; rest.len()];
     of_nodes(0.0).for_each(|n| forces[n][2] = -400.0);
     let top: Vec<usize> = of_nodes(1.0).collect();
@@ -454,4 +466,73 @@ fn parts_that_overlap_are_one_solid() {
         let found = phi.value(p).unwrap();
         assert!((found - distance).abs() < 0.02, "{p:?}: {found}");
     }
+}
+
+/// A point is looked at only where it may be pushed: wherever it goes, solid by solid, the energy is that
+/// of the formula, which looks at every point.
+#[test]
+fn no_point_that_a_solid_reaches_is_skipped_and_solids_add_up() {
+    let mesh = kuhn_grid(4, 4, 3, [1.0, 1.0, 0.6]).unwrap();
+    let rest = mesh.nodes();
+    let points = ContactPoint::on_faces(&mesh, &mesh.boundary().faces);
+    let params = RigidContactParams {
+        activation: 0.05,
+        pressure: 1e4,
+        depth: f64::INFINITY,
+    };
+    let cube = kuhn_grid(4, 4, 4, [0.5; 3]).unwrap();
+    let corners: Vec<Point> = cube.nodes().iter().map(|p| p.map(|c| c + 1.1)).collect();
+    let phi = SampledDistance::new(&corners, &cube.boundary().faces, 0.04, 0.1).unwrap();
+    let phi = Arc::new(phi);
+    let sphere = ImplicitSurface::Sphere {
+        center: [0.5, 0.5, -0.6],
+        radius: 0.58,
+    };
+    let solids = [
+        RigidSurface::Implicit(sphere),
+        RigidSurface::Sampled(phi.clone()),
+    ];
+    let distance = |solid: usize, x: Point| match solid {
+        0 => sphere.distance(&x),
+        _ => phi.value(x).unwrap_or(f64::INFINITY),
+    };
+    let of = |surfaces: &[RigidSurface]| {
+        let contact =
+            RigidContact::new(surfaces.to_vec(), None, points.clone(), rest, params).unwrap();
+        let dofs = Dofs::with_prescribed_nodes(rest, &[0]).unwrap();
+        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+        builder.term(contact).unwrap().build().unwrap()
+    };
+    let both = of(&solids);
+    let each = [of(&solids[..1]), of(&solids[1..])];
+    let mut pushed = [0; 2];
+    for k in 0..40 {
+        let far = 0.05 * f64::from(k);
+        let toward = if k % 2 == 0 { 0.9 } else { -0.3 };
+        let way: Point = std::array::from_fn(|i| far * (toward + 0.4 * wave(k as usize, i, 0.2)));
+        let moved: Vec<Point> = (0..rest.len())
+            .map(|n| std::array::from_fn(|i| rest[n][i] + way[i] + 0.02 * wave(n, i, far)))
+            .collect();
+        let energy =
+            |assembly: &Assembly<3>| assembly.energy(assembly.configuration(&moved, &[]).unwrap());
+        let mut sum = 0.0;
+        for solid in 0..2 {
+            let formula = |point: &ContactPoint| {
+                let d = params.activation.min(distance(solid, point.position(rest)));
+                let lack = (d - distance(solid, point.position(&moved))) / params.activation;
+                let lack = lack.max(0.0);
+                params.pressure * point.area * params.activation / 3.0 * lack.powi(3)
+            };
+            let expected: f64 = points.iter().map(formula).sum();
+            let found = energy(&each[solid]);
+            assert!(
+                (found - expected).abs() <= 1e-12 * expected,
+                "{k}, solid {solid}: {found} {expected}"
+            );
+            pushed[solid] += usize::from(expected > 0.0);
+            sum += expected;
+        }
+        assert!((energy(&both) - sum).abs() <= 1e-12 * sum, "{k}");
+    }
+    assert!(pushed.iter().all(|&n| (3..40).contains(&n)), "{pushed:?}");
 }

@@ -181,6 +181,19 @@ impl BlockPattern {
         Self::from_rows(row_start, columns)
     }
 
+    /// This pattern with places for more pairs of blocks, in any order, known or not.
+    ///
+    /// # Errors
+    /// As [`from_adjacency`](Self::from_adjacency).
+    pub fn extended(
+        &self,
+        pairs: impl IntoIterator<Item = (usize, usize)>,
+    ) -> Result<Self, PatternError> {
+        let known =
+            (0..self.blocks()).flat_map(|i| self.row(i).iter().map(move |&j| (i, j as usize)));
+        Self::from_adjacency(self.blocks(), known.chain(pairs))
+    }
+
     /// Number of block rows.
     pub fn blocks(&self) -> usize {
         self.row_start.len() - 1

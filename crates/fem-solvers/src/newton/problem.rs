@@ -87,8 +87,14 @@ pub trait NonlinearProblem<const D: usize> {
     /// For each unknown the size of the forces that its gradient entry at `x` is the difference of:
     /// `D · blocks` numbers, not negative. One size for all would leave a soft part of a stiff whole
     /// unbalanced, and one from the start would mean nothing when that is far away and could not be met
-    /// at the solution. Asked once a step.
+    /// at the solution. Asked after steps that may be the last.
     fn gradient_scales(&self, _x: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// What [`gradient_scales`](Self::gradient_scales) exceed nowhere, where that is known without an
+    /// evaluation: as long as a gradient is too large even for these, the others are not asked for.
+    fn largest_gradient_scales(&self) -> Option<Vec<f64>> {
         None
     }
 

@@ -237,6 +237,7 @@ impl<'d, const D: usize> Newton<'d, D> {
             self.workspace.shift = Shift::FAR;
         }
         let mut last = NewtonIteration::start(state);
+        let largest = Target::largest(problem, params, x.len());
         loop {
             if self.watch.as_ref().is_some_and(|watch| watch.ends(&last)) {
                 return Err(NewtonFailure::Cancelled);
@@ -244,14 +245,22 @@ impl<'d, const D: usize> Newton<'d, D> {
             let eta = forcing.next(norm(&state.gradient), target.remaining(&state.gradient));
             let step = match self.step(problem, x, eta, params, state) {
                 Ok(step) => step,
-                Err(_) if self.is_rounding(problem, x, state, &target) => {
-                    return Ok(StopReason::Rounding);
+                Err(failure) => {
+                    target = Target::at(problem, params, x, start);
+                    let rounding = self.is_rounding(problem, x, state, &target);
+                    return rounding.then_some(StopReason::Rounding).ok_or(failure);
                 }
-                Err(failure) => return Err(failure),
             };
             observer(&step.report);
             last = step.report;
-            target = Target::at(problem, params, x, start);
+            // Far from the end the largest target that can be says so, and costs nothing.
+            let far = largest
+                .as_ref()
+                .filter(|l| l.met_by(&state.gradient).is_none());
+            target = match far {
+                Some(largest) if !step.stalled => largest.clone(),
+                _ => Target::at(problem, params, x, start),
+            };
             if let Some(stop) = target.met_by(&state.gradient) {
                 if !leaves_saddle || step.stalled || self.is_minimum(problem, x, params, state) {
                     return Ok(stop);

@@ -4,12 +4,14 @@ use super::{NewtonParams, NonlinearProblem, StopReason};
 use crate::vector::norm_inf;
 
 /// The largest entries of a gradient that count as none.
+#[derive(Clone)]
 pub(super) struct Target {
     absolute: f64,
     relative: Relative,
 }
 
 /// The share of the reference that an entry may have.
+#[derive(Clone)]
 enum Relative {
     Same(f64),
     Each(Vec<f64>),
@@ -23,22 +25,35 @@ impl Target {
         x: &[f64],
         start: f64,
     ) -> Self {
-        let share = params.relative_gradient_tolerance;
         // The problem has to evaluate something to tell, so it is asked only if it matters.
-        let asked = share > 0.0 && params.reference.is_none();
-        let scales = asked.then(|| problem.gradient_scales(x)).flatten();
-        let usable = |s: &Vec<f64>| s.len() == x.len() && s.iter().all(|s| s.is_finite());
-        let relative = match scales.filter(usable) {
-            Some(mut scales) => {
-                scales.iter_mut().for_each(|s| *s *= share);
-                Relative::Each(scales)
-            }
-            None => Relative::Same(share * params.reference.unwrap_or(start)),
-        };
-        Self {
+        let scales = is_asked(params).then(|| problem.gradient_scales(x));
+        Self::of_scales(params, scales.flatten(), x.len()).unwrap_or(Self {
             absolute: params.gradient_tolerance,
-            relative,
-        }
+            relative: Relative::Same(
+                params.relative_gradient_tolerance * params.reference.unwrap_or(start),
+            ),
+        })
+    }
+
+    /// What no [`Target::at`] exceeds, where the problem knows.
+    pub fn largest<const D: usize>(
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        params: &NewtonParams,
+        unknowns: usize,
+    ) -> Option<Self> {
+        let scales = is_asked(params).then(|| problem.largest_gradient_scales());
+        Self::of_scales(params, scales.flatten(), unknowns)
+    }
+
+    fn of_scales(params: &NewtonParams, scales: Option<Vec<f64>>, unknowns: usize) -> Option<Self> {
+        let usable = |s: &Vec<f64>| s.len() == unknowns && s.iter().all(|s| s.is_finite());
+        let mut scales = scales.filter(usable)?;
+        let share = params.relative_gradient_tolerance;
+        scales.iter_mut().for_each(|s| *s *= share);
+        Some(Self {
+            absolute: params.gradient_tolerance,
+            relative: Relative::Each(scales),
+        })
     }
 
     fn of(&self, i: usize) -> f64 {
@@ -69,4 +84,9 @@ impl Target {
         let entries = gradient.iter().enumerate().filter(|(_, g)| **g != 0.0);
         entries.map(left).fold(1.0, f64::min)
     }
+}
+
+/// Does the problem say how large forces are?
+fn is_asked(params: &NewtonParams) -> bool {
+    params.relative_gradient_tolerance > 0.0 && params.reference.is_none()
 }

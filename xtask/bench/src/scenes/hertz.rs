@@ -75,7 +75,7 @@ fn block(n: usize) -> Result<(Body, Vec<usize>), Failure> {
         radius: RADIUS,
     });
     let points = ContactPoint::on_faces(&mesh, &faces);
-    let contact = RigidContact::new(ball, None, points, rest, params)?;
+    let contact = RigidContact::new(vec![ball], None, points, rest, params)?;
     let builder = AssemblyBuilder::new(&mesh, dofs)?;
     let builder = named(builder, &mesh, "neo_hookean", lame(YOUNG, POISSON))?;
     let body = Body {

@@ -193,7 +193,7 @@ fn touching(body: Body, solid: ImplicitSurface<3>, depth: f64, activation: f64) 
         let points = ContactPoint::on_faces(&mesh, &mesh.boundary().faces);
         let surface = RigidSurface::Implicit(solid);
         builder.term(RigidContact::new(
-            surface,
+            vec![surface],
             None,
             points,
             mesh.nodes(),

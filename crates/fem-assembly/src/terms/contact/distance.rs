@@ -1,6 +1,6 @@
 //! The signed distance of a triangle surface, sampled on a grid and twice continuously differentiable.
 
-use super::geometry::Point;
+use super::geometry::{Point, norm};
 use super::solid::Solid;
 use crate::error::AssemblyError;
 use fem_kinematics::Mat;
@@ -12,6 +12,8 @@ const MOST_SAMPLES: f64 = 6.4e7;
 /// Neighbors on both sides of a face at right angles to the grid have distances that add up to the
 /// spacing but for rounding.
 const ROUNDED: f64 = 1.001;
+/// Room for rounding in how far a node can be.
+const FARTHER: f64 = 1.0 + 1e-9;
 
 /// φ of a solid with a surface of triangles, meters, negative inside.
 ///
@@ -37,6 +39,10 @@ pub struct SampledDistance {
     size: [usize; 3],
     /// z runs fastest.
     coefficients: Vec<f64>,
+    /// |∇φ| is nowhere more.
+    steepest: f64,
+    /// φ is nowhere less at the border of what is sampled, meters.
+    border: f64,
 }
 
 /// A function at a point with its derivatives.
@@ -107,12 +113,50 @@ impl SampledDistance {
             spacing,
             size: lengths.map(|l| l as usize + 1),
             coefficients: Vec::new(),
+            steepest: f64::INFINITY,
+            border: f64::NEG_INFINITY,
         };
         let coefficients = grid.coefficients(grid.sampled(&whole));
-        Ok(Self {
+        let mut made = Self {
             coefficients,
             ..grid
-        })
+        };
+        (made.steepest, made.border) = made.bounds();
+        Ok(made)
+    }
+
+    /// Values and slopes of a B-spline are means of coefficients and of their differences.
+    fn bounds(&self) -> (f64, f64) {
+        let [_, y, z] = self.size;
+        let mut steepest = [0.0_f64; 3];
+        let mut border = f64::INFINITY;
+        for (k, &coefficient) in self.coefficients.iter().enumerate() {
+            let places = [k / (y * z), k / z % y, k % z];
+            for (axis, stride) in [y * z, z, 1].into_iter().enumerate() {
+                if places[axis] > 0 {
+                    let difference = coefficient - self.coefficients[k - stride];
+                    steepest[axis] = steepest[axis].max(difference.abs());
+                }
+                if places[axis] < 3 || places[axis] + 3 >= self.size[axis] {
+                    border = border.min(coefficient);
+                }
+            }
+        }
+        (norm(steepest) / self.spacing, border)
+    }
+
+    /// How far from x at least nothing has φ < d, meters; 0 where that is not known.
+    pub(crate) fn clear_way(&self, x: [f64; 3], d: f64) -> f64 {
+        if let Some(value) = self.value(x) {
+            return ((value - d) / self.steepest).max(0.0);
+        }
+        let beyond = |i: usize| {
+            let low = self.origin[i] + self.spacing;
+            let high = self.origin[i] + self.spacing * (self.size[i] - 2) as f64;
+            (low - x[i]).max(x[i] - high).max(0.0)
+        };
+        let to_border = norm(std::array::from_fn(beyond));
+        to_border + ((self.border - d) / self.steepest).max(0.0)
     }
 
     fn node(&self, index: usize) -> Point {
@@ -125,16 +169,35 @@ impl SampledDistance {
     fn sampled(&self, whole: &Solid) -> Vec<f64> {
         let outer = whole.outer(0.02 * self.spacing);
         let count: usize = self.size.iter().product();
-        let distance = |k: usize| outer.distance(self.node(k));
-        let distances: Vec<f64> = map((0..count).collect(), distance);
+        let distances = self.distances(&outer);
         // What is left out may leave gaps: sides are told apart by all triangles.
-        let to_any = |k: usize| whole.distance(self.node(k));
-        let to_any: Vec<f64> = map((0..count).collect(), to_any);
+        let to_any = if outer.is_as_large_as(whole) {
+            distances.clone()
+        } else {
+            self.distances(whole)
+        };
         let groups = self.groups(&to_any);
         let inside = |k: usize| groups[k] == k as u32 && whole.winding(self.node(k)) > 0.5;
         let inside: Vec<bool> = map((0..count).collect(), inside);
         let signed = |(d, group): (&f64, &u32)| if inside[*group as usize] { -d } else { *d };
         distances.iter().zip(&groups).map(signed).collect()
+    }
+
+    /// How far the nodes are from a surface. A node is no farther from it than its neighbor and the
+    /// spacing, so most triangles need no look.
+    fn distances(&self, solid: &Solid) -> Vec<f64> {
+        let [x, y, z] = self.size;
+        let row = |row: usize| {
+            let mut before = f64::INFINITY;
+            let along = |k: usize| {
+                let bound = FARTHER * (before + self.spacing);
+                before = solid.distance_below(self.node(row * z + k), bound);
+                before
+            };
+            (0..z).map(along).collect()
+        };
+        let rows: Vec<Vec<f64>> = map((0..x * y).collect(), row);
+        rows.into_iter().flatten().collect()
     }
 
     /// The first node of those that are on the same side as each node: no surface is between

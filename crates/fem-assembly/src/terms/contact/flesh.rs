@@ -3,7 +3,7 @@
 use super::carrier::{Carrier, Spread};
 use super::geometry::Point;
 use super::pair::Pair;
-use super::search::{Search, has, key};
+use super::search::{Search, Stay, has, key};
 use super::surface::Surface;
 use super::way::Way;
 use crate::configuration::Configuration;
@@ -18,13 +18,19 @@ use std::ops::Range;
 /// The longest way along which pairs are looked for, in margins.
 const LONGEST: f64 = 8.0;
 
-/// Which pairs stay when pairs are looked for.
+/// From how many disputes on a pair is kept, or held.
+const KEPT_FROM: usize = 3;
+const HELD_FROM: usize = 8;
+
+/// When pairs are looked for.
 #[derive(Clone, Copy, PartialEq)]
-enum Kept {
-    /// Those that are found.
-    Found,
-    /// Those that push as well, so that the energy at the start of a step stays as it is.
-    Pushing,
+enum Occasion {
+    /// Anywhere: those that are found stay.
+    Place,
+    /// Where a step is to begin: those that push stay as well, so that the energy there stays as it is.
+    Step,
+    /// Where an equilibrium was found: pairs that come or go with a push are disputed.
+    Equilibrium,
 }
 
 /// How surfaces of flesh push each other away.
@@ -85,13 +91,14 @@ pub struct FleshContact {
     found: Way,
     /// Must the next look know no earlier pairs?
     forgets: bool,
-    /// Pairs that were dropped while they pushed, since pairs last settled; sorted, as the next two.
-    dropped: Vec<Pair>,
-    /// Those that were dropped twice.
-    disputed: Vec<Pair>,
-    /// Those of them that a later look found again. Two equilibria, one with the pair and one without,
-    /// would call for each other without end: it stays until it clearly faces away.
+    /// How often pairs came or went with a push at an equilibrium, since they last settled; sorted, as
+    /// the next two.
+    disputes: Vec<(Pair, usize)>,
+    /// Pairs that looks disagree about. Two equilibria, one with the pair and one without, would call
+    /// for each other without end: it stays until it clearly faces away.
     kept: Vec<Pair>,
+    /// Those that even so come and go: they stay as long as they are near.
+    held: Vec<Pair>,
 }
 
 impl FleshContact {
@@ -124,7 +131,14 @@ impl FleshContact {
         if let Some(node) = nodes.find(|&n| n >= count) {
             return Err(AssemblyError::NoSuchNode { node, count });
         }
-        Self::carried_by(mesh, Carrier::Points(points.to_vec()), triangles, params)
+        let known = points.len();
+        let mut named = triangles.as_flattened().iter();
+        if let Some(&node) = named.find(|&&p| p as usize >= known) {
+            let node = node as usize;
+            return Err(AssemblyError::NoSuchNode { node, count: known });
+        }
+        let (points, triangles) = of_triangles(points, triangles);
+        Self::carried_by(mesh, Carrier::Points(points), &triangles, params)
     }
 
     fn carried_by(
@@ -151,12 +165,12 @@ impl FleshContact {
             spreads: Vec::new(),
             found: Way::at(Vec::new()),
             forgets: false,
-            dropped: Vec::new(),
-            disputed: Vec::new(),
+            disputes: Vec::new(),
             kept: Vec::new(),
+            held: Vec::new(),
         };
         let rest = contact.carrier.positions(mesh.nodes()).into_owned();
-        contact.look(Way::at(rest), Kept::Found);
+        contact.look(Way::at(rest), Occasion::Place);
         Ok(contact)
     }
 
@@ -190,29 +204,27 @@ impl FleshContact {
     }
 
     /// Finds pairs; true when there are others than before.
-    fn look(&mut self, way: Way, kept: Kept) -> bool {
+    fn look(&mut self, way: Way, occasion: Occasion) -> bool {
         let margin = self.search.params.margin;
         if std::mem::take(&mut self.forgets) {
-            self.dropped.clear();
-            self.disputed.clear();
+            self.disputes.clear();
             self.kept.clear();
-            let found = self.search.pairs(&way, margin, &[]);
+            self.held.clear();
+            let found = self.search.pairs(&way, margin, Stay::default());
             let others = found != self.pairs;
             self.set(found, way);
             return others;
         }
-        let mut found = self.search.pairs(&way, margin, &self.kept);
+        let mut found = self.found_near(&way, margin);
         let others = self.others_that_push(&found, &way.from);
-        let known = includes(&self.pairs, &found) && (kept == Kept::Pushing || others.is_empty());
+        let step = occasion == Occasion::Step;
+        let known = includes(&self.pairs, &found) && (step || others.is_empty());
         if !known {
-            let back = found.iter().filter(|pair| has(&self.disputed, pair));
-            insert(&mut self.kept, back.copied().collect());
-            if kept == Kept::Pushing {
+            if occasion == Occasion::Equilibrium {
+                self.dispute(self.newcomers_that_push(&found, &way.from));
+                self.dispute(others);
+            } else if step {
                 insert(&mut found, others);
-            } else {
-                let again = others.iter().filter(|pair| has(&self.dropped, pair));
-                insert(&mut self.disputed, again.copied().collect());
-                insert(&mut self.dropped, others);
             }
             self.set(found, way);
         } else {
@@ -221,11 +233,60 @@ impl FleshContact {
         !known
     }
 
+    fn renewed(&mut self, at: Configuration<3>, occasion: Occasion) -> bool {
+        let here = Way::at(self.carrier.positions(at.positions()).into_owned());
+        if self.forgets {
+            return self.look(here, occasion);
+        }
+        let near = self.found_near(&here, 0.0);
+        let settled = includes(&self.pairs, &near)
+            && self.others_that_push(&near, &here.from).is_empty()
+            && self
+                .found
+                .holds(&here.from, self.points(), 0.5 * self.free_way());
+        !settled && self.look(here, occasion)
+    }
+
+    fn found_near(&mut self, way: &Way, margin: f64) -> Vec<Pair> {
+        let stay = Stay {
+            kept: &self.kept,
+            held: &self.held,
+        };
+        self.search.pairs(way, margin, stay)
+    }
+
     fn set(&mut self, pairs: Vec<Pair>, way: Way) {
         let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
         self.spreads = pairs.iter().map(spread).collect();
         self.pairs = pairs;
         self.found = way;
+    }
+
+    /// Takes note of pairs that come or go with a push.
+    fn dispute(&mut self, pairs: Vec<Pair>) {
+        for pair in pairs {
+            let place = self
+                .disputes
+                .binary_search_by_key(&key(&pair), |(p, _)| key(p));
+            let place = place.unwrap_or_else(|place| {
+                self.disputes.insert(place, (pair, 0));
+                place
+            });
+            let times = &mut self.disputes[place].1;
+            *times += 1;
+            match *times {
+                KEPT_FROM => insert(&mut self.kept, vec![pair]),
+                HELD_FROM => insert(&mut self.held, vec![pair]),
+                _ => {}
+            }
+        }
+    }
+
+    /// Pairs that were not there before and begin with a push.
+    fn newcomers_that_push(&self, found: &[Pair], vertices: &[Point]) -> Vec<Pair> {
+        let pushes = |pair: &Pair| pair.energy(pair.vertices.map(|v| vertices[v as usize])) > 0.0;
+        let new = found.iter().filter(|pair| !has(&self.pairs, pair));
+        new.filter(|pair| pushes(pair)).copied().collect()
     }
 
     /// Pairs that push and are none of those a fresh look has found. Which partners face each other is
@@ -236,6 +297,25 @@ impl FleshContact {
         let pushing = self.pairs.iter().filter(pushes);
         pushing.filter(|pair| !has(found, pair)).copied().collect()
     }
+}
+
+/// The points that have a triangle, in their order, and the triangles in their numbers.
+fn of_triangles(
+    points: &[EmbeddedPoint],
+    triangles: &[[u32; 3]],
+) -> (Vec<EmbeddedPoint>, Vec<[u32; 3]>) {
+    let mut used = triangles.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    let mut number = vec![0; points.len()];
+    for (new, &old) in (0..).zip(&used) {
+        number[old as usize] = new;
+    }
+    let corner = |p: u32| number[p as usize];
+    (
+        used.iter().map(|&p| points[p as usize]).collect(),
+        triangles.iter().map(|t| t.map(corner)).collect(),
+    )
 }
 
 /// Is every pair of `few`, sorted alike, in `many`?
@@ -305,29 +385,21 @@ impl Term<3> for FleshContact {
         self.forgets = true;
     }
     fn renew(&mut self, at: Configuration<3>) -> bool {
-        let vertices = self.carrier.positions(at.positions()).into_owned();
-        let here = Way::at(vertices);
-        if self.forgets {
-            return self.look(here, Kept::Found);
+        self.renewed(at, Occasion::Place)
+    }
+    fn renew_at_equilibrium(&mut self, at: Configuration<3>) -> bool {
+        let changed = self.renewed(at, Occasion::Equilibrium);
+        if !changed {
+            self.disputes.clear();
         }
-        let near = self.search.pairs(&here, 0.0, &self.kept);
-        let settled = includes(&self.pairs, &near)
-            && self.others_that_push(&near, &here.from).is_empty()
-            && self
-                .found
-                .holds(&here.from, self.points(), 0.5 * self.free_way());
-        if settled {
-            self.dropped.clear();
-            self.disputed.clear();
-        }
-        !settled && self.look(here, Kept::Found)
+        changed
     }
     fn renew_along(&mut self, at: Configuration<3>, displacement: &[[f64; 3]]) -> bool {
         let from = self.carrier.positions(at.positions()).into_owned();
         let step = self.carrier.positions(displacement);
         let longest = LONGEST * self.search.params.margin;
         let way = Way::along(from, &step, self.points(), longest);
-        self.look(way, Kept::Pushing)
+        self.look(way, Occasion::Step)
     }
     /// No vertex may leave the tube in which everything near it was found.
     fn covered_step(&self, at: Configuration<3>, displacement: &[[f64; 3]]) -> f64 {

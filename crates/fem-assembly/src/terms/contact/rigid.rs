@@ -1,8 +1,8 @@
-//! Flesh against a rigid solid: teeth, bones, eyeballs.
+//! Flesh against rigid solids: teeth, bones, eyeballs.
 
 use super::distance::{Jet, SampledDistance};
 use super::frame::{Placed, RigidFrame};
-use super::geometry::{add, norm, scale, sub};
+use super::geometry::{add, dot, norm, scale, sub};
 use super::points::ContactPoint;
 use crate::builder::UNIT_TOLERANCE;
 use crate::configuration::Configuration;
@@ -42,6 +42,22 @@ pub struct RigidContactParams {
     pub depth: f64,
 }
 
+impl RigidContactParams {
+    fn check(&self) -> Result<(), AssemblyError> {
+        let finite = |value: f64| value > 0.0 && value < f64::INFINITY;
+        for (what, value, usable) in [
+            ("activation", self.activation, finite(self.activation)),
+            ("pressure", self.pressure, finite(self.pressure)),
+            ("depth", self.depth, self.depth > 0.0),
+        ] {
+            if !usable {
+                return Err(AssemblyError::UnusableContact { what, value });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// For a face: d̂ = 0.5 mm, 100 kPa, depth 1.5 mm.
 impl Default for RigidContactParams {
     fn default() -> Self {
@@ -53,9 +69,9 @@ impl Default for RigidContactParams {
     }
 }
 
-/// A rigid solid, fixed or moved with a bone, that pushes points of the flesh out.
+/// Rigid solids, fixed or moved with one bone, that push points of the flesh out.
 ///
-/// E = Σ p̂ A ℓ/3 ((d − g)/ℓ)³ over points with a gap g = φ(X) < d, where X is where the point would
+/// E = Σ p̂ A ℓ/3 ((d − g)/ℓ)³ over solids and points with a gap g = φ(X) < d, where X is where the point would
 /// be at rest if it moved with the bone ([`RigidFrame`]), ℓ = d̂ and d = min(d̂, g at rest): nothing
 /// pushes at rest, not even where flesh lies inside the solid (g < 0) there. Twice continuously
 /// differentiable where φ is. The bone's nodes are part of the stencils, so a motion of the bone acts
@@ -64,15 +80,59 @@ impl Default for RigidContactParams {
 /// A projection acts on what couples the flesh and leaves out what couples it with the bone's nodes.
 #[derive(Clone, Debug)]
 pub struct RigidContact {
-    surface: RigidSurface,
+    surfaces: Vec<RigidSurface>,
     frame: Option<RigidFrame>,
     points: Vec<ContactPoint>,
-    /// d of each point, meters.
-    distances: Vec<f64>,
+    /// Of each point.
+    clear: Vec<Clear>,
+    /// Of each point and each solid.
+    nearness: Vec<Nearness>,
     params: RigidContactParams,
 }
 
+/// Where a point of the flesh is at rest, and how far around no solid can push it, meters.
+#[derive(Clone, Copy, Debug)]
+struct Clear {
+    center: [f64; 3],
+    radius: f64,
+}
+
+/// A solid as a point of the flesh knows it, meters.
+#[derive(Clone, Copy, Debug)]
+struct Nearness {
+    /// d.
+    distance: f64,
+    /// How far around its place at rest the solid cannot push the point.
+    clear: f64,
+}
+
+/// Room for rounding in what is clear.
+const CLEARLY: f64 = 1.0 - 1e-9;
+
+/// Does a way of this length that starts `off` the center stay within the radius? Not from NaN.
+#[inline]
+fn within(radius: f64, off: [f64; 3], way: f64) -> bool {
+    let left = radius - way;
+    left > 0.0 && dot(off, off) < left * left
+}
+
 impl RigidSurface {
+    fn check(&self) -> Result<(), AssemblyError> {
+        let Self::Implicit(surface) = self else {
+            return Ok(());
+        };
+        let unusable =
+            |UnusableSurface { what, value, .. }| AssemblyError::UnusableContact { what, value };
+        surface.check(UNIT_TOLERANCE).map_err(unusable)
+    }
+    /// How far from x at least nothing has φ < d, meters.
+    fn clear_way(&self, x: [f64; 3], d: f64) -> f64 {
+        match self {
+            // |∇φ| = 1.
+            Self::Implicit(surface) => surface.distance(&x) - d,
+            Self::Sampled(sampled) => sampled.clear_way(x, d),
+        }
+    }
     fn distance(&self, x: [f64; 3]) -> f64 {
         match self {
             Self::Implicit(surface) => surface.distance(&x),
@@ -105,66 +165,66 @@ struct Pressed {
 }
 
 impl RigidContact {
-    /// The solid moves with `frame`, or not at all. Points that come with the solid at rest are no
-    /// matter; those of `points` that can never reach it cost a look at the distance each.
+    /// The solids move with `frame`, or not at all. Points that come with the solids at rest are no
+    /// matter; those of `points` that can never reach one cost a look at their place each.
     ///
     /// # Errors
-    /// When a number is not positive or not finite, the solid makes no sense, or a node does not exist.
+    /// When a number is not positive or not finite, a solid makes no sense, or a node does not exist.
     /// An element of a point that holds a node of the frame is refused where the term is added.
     pub fn new(
-        surface: RigidSurface,
+        surfaces: Vec<RigidSurface>,
         frame: Option<RigidFrame>,
         points: Vec<ContactPoint>,
         rest: &[[f64; 3]],
         params: RigidContactParams,
     ) -> Result<Self, AssemblyError> {
-        for (what, value) in [
-            ("activation", params.activation),
-            ("pressure", params.pressure),
-        ] {
-            if !(value > 0.0 && value < f64::INFINITY) {
-                return Err(AssemblyError::UnusableContact { what, value });
-            }
-        }
-        let (what, value) = ("depth", params.depth);
-        if !(value > 0.0) {
-            return Err(AssemblyError::UnusableContact { what, value });
-        }
-        if let RigidSurface::Implicit(surface) = &surface {
-            let unusable = |UnusableSurface { what, value, .. }| AssemblyError::UnusableContact {
-                what,
-                value,
-            };
-            surface.check(UNIT_TOLERANCE).map_err(unusable)?;
+        params.check()?;
+        for surface in &surfaces {
+            surface.check()?;
         }
         let count = rest.len();
         let mut named = points.iter().flat_map(ContactPoint::nodes);
         if let Some(node) = named.find(|&n| n >= count) {
             return Err(AssemblyError::NoSuchNode { node, count });
         }
-        let of = |p: &ContactPoint| {
-            let gap = surface.distance(p.position(rest));
-            params.activation.min(gap)
-        };
-        let distances = points.iter().map(of).collect();
+        let (mut clear, mut nearness) = (Vec::new(), Vec::new());
+        for point in &points {
+            let center = point.position(rest);
+            let of = |surface: &RigidSurface| {
+                let distance = params.activation.min(surface.distance(center));
+                let clear = CLEARLY * surface.clear_way(center, distance);
+                Nearness { distance, clear }
+            };
+            let first = nearness.len();
+            nearness.extend(surfaces.iter().map(of));
+            let radii = nearness[first..].iter().map(|near| near.clear);
+            let radius = radii.fold(f64::INFINITY, f64::min);
+            clear.push(Clear { center, radius });
+        }
         Ok(Self {
-            surface,
+            surfaces,
             frame,
             points,
-            distances,
+            clear,
+            nearness,
             params,
         })
     }
 
-    /// How much deeper points are in the solid than at rest, at most; meters, 0 where none is.
+    /// How much deeper points are in a solid than at rest, at most; meters, 0 where none is.
     pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
         let placed = self.placed(positions);
-        let depth = |(p, d): (&ContactPoint, &f64)| {
-            let gap = self.surface.distance(placed.at_rest(p.position(positions)));
-            d.min(0.0) - gap
+        let depth = |(s, p): (usize, &ContactPoint)| {
+            let x = placed.at_rest(p.position(positions));
+            let solids = self.surfaces.iter().zip(self.nearness_of(s));
+            let deep = solids.map(|(surface, near)| near.distance.min(0.0) - surface.distance(x));
+            deep.fold(0.0, f64::max)
         };
-        let depths = self.points.iter().zip(&self.distances).map(depth);
-        depths.fold(0.0, f64::max)
+        self.points
+            .iter()
+            .enumerate()
+            .map(depth)
+            .fold(0.0, f64::max)
     }
 
     fn placed(&self, positions: &[[f64; 3]]) -> Placed {
@@ -172,25 +232,50 @@ impl RigidContact {
             .map_or(Placed::FIXED, |frame| frame.placed(positions))
     }
 
-    /// (d − g)/ℓ where a point is near enough, and its place at rest; NaN is near.
-    fn near(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<(f64, [f64; 3])> {
-        let x = placed.at_rest(self.points[s].position(positions));
-        let lack = (self.distances[s] - self.surface.distance(x)) / self.params.activation;
-        (!(lack <= 0.0)).then_some((lack, x))
+    fn nearness_of(&self, s: usize) -> &[Nearness] {
+        let solids = self.surfaces.len();
+        &self.nearness[s * solids..(s + 1) * solids]
+    }
+
+    /// The solids that a point may leave its clear surroundings of on a way from x (at rest).
+    fn reachable(
+        &self,
+        s: usize,
+        x: [f64; 3],
+        way: f64,
+    ) -> impl Iterator<Item = (&RigidSurface, &Nearness)> {
+        let Clear { center, radius } = self.clear[s];
+        let off = sub(x, center);
+        let solids = if within(radius, off, way) {
+            0
+        } else {
+            self.surfaces.len()
+        };
+        let all = self.surfaces.iter().zip(self.nearness_of(s)).take(solids);
+        all.filter(move |(_, near)| !within(near.clear, off, way))
+    }
+
+    /// The solids that a point whose place at rest would be x feels, with (d − g)/ℓ; NaN is felt.
+    fn felt(&self, s: usize, x: [f64; 3]) -> impl Iterator<Item = (&RigidSurface, &Nearness, f64)> {
+        self.reachable(s, x, 0.0)
+            .filter_map(move |(surface, near)| {
+                let lack = (near.distance - surface.distance(x)) / self.params.activation;
+                (!(lack <= 0.0)).then_some((surface, near, lack))
+            })
     }
 
     /// The gap below which nothing may come.
-    fn least_gap(&self, s: usize) -> f64 {
-        self.distances[s].min(0.0) - self.params.depth
+    fn least_gap(&self, near: &Nearness) -> f64 {
+        near.distance.min(0.0) - self.params.depth
     }
 
-    fn energy_of(&self, s: usize, lack: f64) -> f64 {
+    fn energy_of(&self, s: usize, near: &Nearness, lack: f64) -> f64 {
         let RigidContactParams {
             activation,
             pressure,
             ..
         } = self.params;
-        if self.distances[s] - activation * lack < self.least_gap(s) {
+        if near.distance - activation * lack < self.least_gap(near) {
             return f64::INFINITY;
         }
         pressure * self.points[s].area * activation / 3.0 * lack * lack * lack
@@ -200,12 +285,12 @@ impl RigidContact {
     /// ∞ where that is after t = 1. φ changes by no more than the way, so steps of the room that is
     /// left never jump over a solid (conservative advancement; Mirtich 1996), but one thinner than the
     /// shortest step, a hundredth of the depth. 0 for a point that is too deep already.
-    fn reaches(&self, x: [f64; 3], way: [f64; 3], least: f64) -> f64 {
+    fn reaches(&self, surface: &RigidSurface, x: [f64; 3], way: [f64; 3], least: f64) -> f64 {
         let length = norm(way);
         let shortest = 0.01 * self.params.depth;
         let (mut t, mut before) = (0.0, 0.0);
         for _ in 0..MOST_ADVANCES {
-            let gap = self.surface.distance(add(x, scale(way, t)));
+            let gap = surface.distance(add(x, scale(way, t)));
             // Nothing is known farther away than what is sampled, but that it is not near.
             let room = if gap == f64::INFINITY {
                 self.params.activation
@@ -226,20 +311,28 @@ impl RigidContact {
         t
     }
 
-    fn touch(&self, placed: &Placed, positions: &[[f64; 3]], s: usize) -> Option<Pressed> {
-        let (lack, x) = self.near(placed, positions, s)?;
+    /// What a point feels of each solid, and its place at rest.
+    fn touches<'a>(
+        &'a self,
+        placed: &'a Placed,
+        positions: &[[f64; 3]],
+        s: usize,
+    ) -> impl Iterator<Item = Pressed> + 'a {
+        let x = placed.at_rest(self.points[s].position(positions));
         let RigidContactParams {
             activation,
             pressure,
             ..
         } = self.params;
         let force = pressure * self.points[s].area;
-        Some(Pressed {
-            energy: self.energy_of(s, lack),
-            slope: -force * lack * lack,
-            stiffness: 2.0 * force * lack / activation,
-            jet: self.surface.jet(x)?,
-            bone: placed.barycentric(x).map(|b| -b),
+        self.felt(s, x).filter_map(move |(surface, near, lack)| {
+            Some(Pressed {
+                energy: self.energy_of(s, near, lack),
+                slope: -force * lack * lack,
+                stiffness: 2.0 * force * lack / activation,
+                jet: surface.jet(x)?,
+                bone: placed.barycentric(x).map(|b| -b),
+            })
         })
     }
 
@@ -277,24 +370,32 @@ impl Term<3> for RigidContact {
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
         let placed = self.placed(at.positions());
         for s in stencils {
-            let near = self.near(&placed, at.positions(), s);
-            sink.energy(s, near.map_or(0.0, |(lack, _)| self.energy_of(s, lack)));
+            let x = placed.at_rest(self.points[s].position(at.positions()));
+            let felt = self.felt(s, x);
+            sink.energy(
+                s,
+                felt.map(|(_, near, lack)| self.energy_of(s, near, lack))
+                    .sum(),
+            );
         }
     }
     fn gradient(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut GradientSink<3>) {
         let placed = self.placed(at.positions());
         for s in stencils {
-            let Some(touch) = self.touch(&placed, at.positions(), s) else {
-                continue;
-            };
-            sink.energy(s, touch.energy);
-            let pull = placed
-                .inverse
-                .tr_mul_vec(touch.jet.gradient)
-                .map(|g| touch.slope * g);
-            for k in 0..self.vertices() {
-                let share = self.share(s, &touch, k);
-                sink.add(s, k, pull.map(|f| share * f));
+            let mut energy = 0.0;
+            for touch in self.touches(&placed, at.positions(), s) {
+                energy += touch.energy;
+                let pull = placed
+                    .inverse
+                    .tr_mul_vec(touch.jet.gradient)
+                    .map(|g| touch.slope * g);
+                for k in 0..self.vertices() {
+                    let share = self.share(s, &touch, k);
+                    sink.add(s, k, pull.map(|f| share * f));
+                }
+            }
+            if energy != 0.0 {
+                sink.energy(s, energy);
             }
         }
     }
@@ -307,10 +408,11 @@ impl Term<3> for RigidContact {
     ) {
         let placed = self.placed(at.positions());
         let gradients = placed.moved_gradients();
-        for s in stencils {
-            let Some(touch) = self.touch(&placed, at.positions(), s) else {
-                continue;
-            };
+        let touches = |s| {
+            self.touches(&placed, at.positions(), s)
+                .map(move |t| (s, t))
+        };
+        for (s, touch) in stencils.flat_map(touches) {
             let normal = placed.inverse.tr_mul_vec(touch.jet.gradient);
             let bent = touch.jet.hessian * placed.inverse;
             let curved = placed.inverse.tr_mul(&bent).scale(touch.slope);
@@ -360,7 +462,9 @@ impl Term<3> for RigidContact {
                 }
             }
             let way = placed.inverse.mul_vec(way);
-            least = least.min(self.reaches(x, way, self.least_gap(s)));
+            for (surface, near) in self.reachable(s, x, norm(way)) {
+                least = least.min(self.reaches(surface, x, way, self.least_gap(near)));
+            }
         }
         least
     }

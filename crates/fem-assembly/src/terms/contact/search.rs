@@ -12,6 +12,8 @@ use fem_solvers::parallel::map;
 const SQUARE: f64 = 0.3;
 /// sin² from which on two edges have a common perpendicular.
 const SKEW: f64 = 0.005;
+/// Room for rounding in distances from planes, as a share of what counts as near.
+const ROUNDED: f64 = 1e-6;
 /// What a pair that is to be kept may lose of that before it is none.
 const KEPT: f64 = 0.5;
 /// Up to which product of its normals it still faces each other; others do below 0.
@@ -38,16 +40,33 @@ struct Look<'a> {
     normals: Normals,
     /// How much wider than what is felt.
     margin: f64,
-    /// Pairs to be kept until they clearly face away, sorted by kind and vertices.
-    kept: &'a [Pair],
+    stay: Stay<'a>,
+}
+
+/// Pairs that a look finds although they do not face each other, sorted by kind and vertices.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Stay<'a> {
+    /// Until they clearly face away.
+    pub kept: &'a [Pair],
+    /// As long as they are near.
+    pub held: &'a [Pair],
 }
 
 impl Look<'_> {
-    /// The pair, if it faces each other clearly, or is to be kept and has no force at rest.
+    /// The pair, if it faces each other clearly, or is to stay and has no force at rest.
     fn accepted(&self, pair: Pair, clearly: bool, rest: &[Point]) -> Option<Pair> {
-        let kept = || has(self.kept, &pair);
+        let stays = || has(self.stay.kept, &pair) || has(self.stay.held, &pair);
         let quiet = || !(pair.energy(pair.vertices.map(|n| rest[n as usize])) > 0.0);
-        (clearly || (kept() && quiet())).then_some(pair)
+        (clearly || (stays() && quiet())).then_some(pair)
+    }
+
+    /// May partners whose normals have this product be a pair?
+    fn may_face(&self, toward: f64, kinds: &[Kind], vertices: [u32; 4]) -> bool {
+        let held = |&kind: &Kind| {
+            let found = self.stay.held.binary_search_by_key(&(kind, vertices), key);
+            found.is_ok()
+        };
+        toward < AWAY || (!self.stay.held.is_empty() && kinds.iter().any(held))
     }
 }
 
@@ -81,9 +100,8 @@ impl Search {
 
     /// Pairs that feel something at the start of a way, or would if their partners came nearer by as
     /// much as they move against each other on it and by `margin`, meters; sorted by kind and vertices.
-    /// Pairs that are to be `kept` may face each other less than others.
-    pub fn pairs(&mut self, way: &Way, margin: f64, kept: &[Pair]) -> Vec<Pair> {
-        let mut pairs = self.looked(way, margin, kept, &|search, look, kind, a, b| {
+    pub fn pairs(&mut self, way: &Way, margin: f64, stay: Stay) -> Vec<Pair> {
+        let mut pairs = self.looked(way, margin, stay, &|search, look, kind, a, b| {
             search.candidate(look, kind, a, b)
         });
         pairs.sort_unstable_by_key(key);
@@ -95,7 +113,7 @@ impl Search {
         &mut self,
         way: &Way,
         margin: f64,
-        kept: &[Pair],
+        stay: Stay,
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
         self.triangle_tree.fit(&self.surface.triangle_boxes(way));
@@ -108,20 +126,25 @@ impl Search {
             positions,
             normals: self.surface.normals(positions),
             margin,
-            kept,
+            stay,
         };
         let reach = self.params.activation.max(self.params.depth) + margin;
         let of_point = |&node: &u32| {
             let around = Aabb::around(way.ends(node)).grown(reach);
-            let near = search.triangle_tree.near(&around).into_iter();
-            near.filter_map(|t| found(search, &look, Kind::Point, node as usize, t as usize))
-                .collect::<Vec<T>>()
+            let mut own = Vec::new();
+            search.triangle_tree.visit(&around, &mut |t| {
+                own.extend(found(search, &look, Kind::Point, node as usize, t as usize));
+            });
+            own
         };
         let of_edge = |(edge, around): (usize, &Aabb)| {
-            let near = search.edge_tree.near(&around.grown(reach)).into_iter();
-            near.filter(|&other| other as usize > edge)
-                .filter_map(|other| found(search, &look, Kind::EdgeAlong, edge, other as usize))
-                .collect::<Vec<T>>()
+            let mut own = Vec::new();
+            search.edge_tree.visit(&around.grown(reach), &mut |other| {
+                if other as usize > edge {
+                    own.extend(found(search, &look, Kind::EdgeAlong, edge, other as usize));
+                }
+            });
+            own
         };
         let points: Vec<Vec<T>> = map(self.surface.points.iter().collect(), of_point);
         let looked = if self.params.edges { boxes.len() } else { 0 };
@@ -135,7 +158,7 @@ impl Search {
         let found = self.looked(
             &Way::at(rest.to_vec()),
             margin,
-            &[],
+            Stay::default(),
             &|search, look, kind, a, b| {
                 let pair = search.facing(look, kind, a, b)?;
                 let x = pair.vertices.map(|n| look.positions[n as usize]);
@@ -159,6 +182,9 @@ impl Search {
     }
 
     fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
+        if kind == Kind::Point && self.is_far(look, a, b) {
+            return None;
+        }
         let pair = self.facing(look, kind, a, b)?;
         let x = pair.vertices.map(|n| look.positions[n as usize]);
         let (gap, shares, sizes) = if pair.kind == Kind::Point {
@@ -175,6 +201,24 @@ impl Search {
         (near && shares.iter().zip(&sizes).all(over)).then_some(pair)
     }
 
+    /// Is a point farther before or behind the plane of a triangle than any pair may be? The cheapest of
+    /// all reasons against one.
+    fn is_far(&self, look: &Look, node: usize, triangle: usize) -> bool {
+        let corners = &self.surface.triangles[triangle];
+        let start = look.positions[corners[0] as usize];
+        let gap = dot(
+            look.normals.triangles[triangle],
+            sub(look.positions[node], start),
+        );
+        let FleshContactParams {
+            activation, depth, ..
+        } = self.params;
+        let rounding = ROUNDED * (activation + depth + look.margin);
+        let (before, behind) = (activation + look.margin, depth + look.margin);
+        let moved = || look.way.change_between(&[node as u32], corners);
+        gap < -behind - rounding || gap > before + rounding && gap > before + rounding + moved()
+    }
+
     /// The pair, if its partners face each other and were not neighbors or two sides of one piece of
     /// flesh at rest.
     fn facing(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
@@ -189,7 +233,11 @@ impl Search {
         let corners = self.surface.triangles[triangle];
         let normals = [look.normals.nodes[node], look.normals.triangles[triangle]];
         let toward = dot(normals[0], normals[1]);
-        if !(toward < AWAY) || self.surface.are_neighbors(node as u32, &corners) {
+        let [b, c, d] = corners;
+        let vertices = [node as u32, b, c, d];
+        if !look.may_face(toward, &[Kind::Point], vertices)
+            || self.surface.are_neighbors(node as u32, &corners)
+        {
             return None;
         }
         let rest = &self.surface.rest;
@@ -201,10 +249,9 @@ impl Search {
         {
             return None;
         }
-        let [b, c, d] = corners;
         // Edges bear the other half.
         let share = if self.params.edges { 0.5 } else { 1.0 } * self.surface.area[node];
-        let pair = self.pair([node as u32, b, c, d], Kind::Point, share);
+        let pair = self.pair(vertices, Kind::Point, share);
         look.accepted(pair, toward < 0.0, rest)
     }
 
@@ -212,10 +259,11 @@ impl Search {
         let surface = &self.surface;
         let normals = [look.normals.edges[first], look.normals.edges[second]];
         let toward = dot(normals[0], normals[1]);
-        if !(toward < AWAY) {
+        let [a, b] = [first, second].map(|e| surface.edges[e].nodes);
+        let kinds = [Kind::EdgeAlong, Kind::EdgeAgainst];
+        if !look.may_face(toward, &kinds, [a[0], a[1], b[0], b[1]]) {
             return None;
         }
-        let [a, b] = [first, second].map(|e| surface.edges[e].nodes);
         if a.iter().any(|&n| surface.are_neighbors(n, &b)) {
             return None;
         }

@@ -95,6 +95,11 @@ impl Solid {
         Self::of(pairs.filter_map(|(t, kept)| kept.then_some(*t)).collect())
     }
 
+    /// Does it have as many triangles?
+    pub fn is_as_large_as(&self, other: &Self) -> bool {
+        self.corners.len() == other.corners.len()
+    }
+
     pub fn bounds(&self) -> Aabb {
         Aabb::around(self.corners.iter().flatten().copied())
     }
@@ -125,9 +130,10 @@ impl Solid {
         angle / (4.0 * std::f64::consts::PI)
     }
 
-    /// Distance to the nearest triangle, meters; ∞ without triangles.
-    pub fn distance(&self, p: Point) -> f64 {
-        let mut best = f64::INFINITY;
+    /// Distance to the nearest triangle, meters, where that is below `bound`: triangles farther away
+    /// need no look; else `bound`.
+    pub fn distance_below(&self, p: Point, bound: f64) -> f64 {
+        let mut best = bound * bound;
         let mut open = vec![(0, 0.0)];
         while let Some((index, least)) = open.pop() {
             let Some(node) = self.tree.nodes.get(index) else {
@@ -208,6 +214,14 @@ mod tests {
         (points, rest)
     }
 
+    fn distance(solid: &Solid, p: Point) -> f64 {
+        let unbounded = solid.distance_below(p, f64::INFINITY);
+        // A bound changes nothing.
+        assert_eq!(solid.distance_below(p, 1.01 * unbounded), unbounded);
+        assert_eq!(solid.distance_below(p, 0.5 * unbounded), 0.5 * unbounded);
+        unbounded
+    }
+
     #[test]
     fn a_hole_is_closed_and_turned_triangles_bound_the_same_solid() {
         let (points, triangles) = open_box();
@@ -225,7 +239,10 @@ mod tests {
                     (winding - f64::from(u8::from(inside))).abs() < 0.02,
                     "{p:?}: {winding}"
                 );
-                assert!((solid.distance(p) - distance).abs() < 1e-12, "{p:?}");
+                assert!(
+                    (self::distance(&solid, p) - distance).abs() < 1e-12,
+                    "{p:?}"
+                );
             }
         }
     }
@@ -240,6 +257,6 @@ mod tests {
         let triangles: Vec<_> = faces.iter().copied().chain(inner).collect();
         let outer = Solid::new(&points, &triangles).outer(1e-3);
         assert_eq!(outer.corners.len(), faces.len());
-        assert!((outer.distance([0.5; 3]) - 0.5).abs() < 1e-12);
+        assert!((distance(&outer, [0.5; 3]) - 0.5).abs() < 1e-12);
     }
 }

@@ -79,19 +79,29 @@ impl BoxTree {
     /// The items of all leaves that a box overlaps, ascending.
     pub fn near(&self, wanted: &Aabb) -> Vec<u32> {
         let mut found = Vec::new();
-        let mut open: Vec<usize> = (!self.nodes.is_empty()).then_some(0).into_iter().collect();
-        while let Some(index) = open.pop() {
-            let node = &self.nodes[index];
-            if !node.around.overlaps(wanted) {
-                continue;
-            }
-            if node.right == 0 {
-                found.extend(&self.order[node.start as usize..node.end as usize]);
-            } else {
-                open.extend([index + 1, node.right as usize]);
-            }
-        }
+        self.visit(wanted, &mut |item| found.push(item));
         found.sort_unstable();
         found
+    }
+
+    /// The same in the order of the tree.
+    pub fn visit(&self, wanted: &Aabb, found: &mut impl FnMut(u32)) {
+        if !self.nodes.is_empty() {
+            self.visit_below(0, wanted, found);
+        }
+    }
+
+    fn visit_below(&self, index: usize, wanted: &Aabb, found: &mut impl FnMut(u32)) {
+        let node = &self.nodes[index];
+        if !node.around.overlaps(wanted) {
+            return;
+        }
+        if node.right == 0 {
+            let items = &self.order[node.start as usize..node.end as usize];
+            items.iter().for_each(|&item| found(item));
+        } else {
+            self.visit_below(index + 1, wanted, found);
+            self.visit_below(node.right as usize, wanted, found);
+        }
     }
 }
