@@ -350,9 +350,9 @@ mod tests {
             region: region.clone(),
         };
         assert_eq!(found, [Warning::HingeReversed, fluid]);
-        for (young, wanted) in [(0.0, true), (1e-3, false)] {
+        for (mu, wanted) in [(0.0, true), (1e-3, false)] {
             scene.regions[0].material =
-                NamedMaterial::new("neo_hookean", [("young", young), ("poisson", 0.4)]);
+                NamedMaterial::new("neo_hookean", [("mu", mu), ("lambda", 0.0)]);
             let limp = Warning::NoStiffness {
                 region: region.clone(),
             };
