@@ -36,9 +36,8 @@ fn processor_time() -> Option<f64> {
 fn bytes_per_particle<T>(count: usize, home_blocks: usize, node_blocks: usize) -> f64 {
     let number = size_of::<T>();
     let (vector, matrix) = (3 * number, 9 * number);
-    let sort = vector + 3 * 8 + 7 * 4;
-    // Damage and history are copied, even where nothing can tear.
-    let damage = 2 * 3 * number;
+    // Positions, and the order that comes of them.
+    let sort = vector + 2 * 4;
     let stress = (matrix + number) + 2 * matrix;
     let scatter = (2 * vector + 2 * matrix + 2 * number) + 4;
     let gather = (vector + matrix) + 4 + 2 * (2 * vector + 2 * matrix);
@@ -46,7 +45,7 @@ fn bytes_per_particle<T>(count: usize, home_blocks: usize, node_blocks: usize) -
     // A window has 6³ nodes of four numbers: written, summed; then gathered once per block.
     let node = 4 * number;
     let grid = home_blocks * 216 * node * (2 + 1 + 1) + node_blocks * 64 * node * (2 + 2);
-    (sort + damage + stress + scatter + gather + carried) as f64 + grid as f64 / count as f64
+    (sort + stress + scatter + gather + carried) as f64 + grid as f64 / count as f64
 }
 
 /// Bytes per second of a = b + s c with this many threads, the best of five.

@@ -7,6 +7,8 @@ use crate::blocks::{self, BlockSet, block_of, block_side};
 use crate::error::MpmError;
 use crate::float::{Float, all_finite};
 use crate::kernels::{Spline, locate};
+use crate::stencil::load_axes;
+use fem_kinematics::{Quad, QuadKernel, dispatch_quads};
 use fem_solvers::parallel;
 use std::marker::PhantomData;
 
@@ -30,9 +32,17 @@ pub struct Binning<K, const D: usize> {
     pub(crate) neighbors: Vec<[u32; 8]>,
     /// For each node block the 2^D homes that reach into it, or [`NONE`].
     pub(crate) sources: Vec<[u32; 8]>,
-    keys: Vec<u64>,
-    slots: Vec<u32>,
     kernel: PhantomData<K>,
+}
+
+/// Particles in a row that lie in one block. A step leaves the particles in the order of their blocks,
+/// so that most of them do not begin a run, and what is done for each run is done rarely.
+struct Run {
+    /// The block's key; `u64::MAX` where there is none.
+    key: u64,
+    count: u32,
+    /// The place of the block among those found.
+    slot: u32,
 }
 
 /// The block offset number `n` of 2^D: bit a of n (from the top axis) on axis a.
@@ -52,8 +62,6 @@ impl<K: Spline, const D: usize> Binning<K, D> {
             nodes: BlockSet::default(),
             neighbors: Vec::new(),
             sources: Vec::new(),
-            keys: Vec::new(),
-            slots: Vec::new(),
             kernel: PhantomData,
         }
     }
@@ -63,9 +71,9 @@ impl<K: Spline, const D: usize> Binning<K, D> {
     /// # Errors
     /// A position that is not finite or farther than 2²⁰ blocks from the origin.
     pub fn rebuild<T: Float>(&mut self, x: &[[T; D]]) -> Result<(), MpmError> {
-        self.find_keys(x);
-        let seen = self.find_blocks(x)?;
-        self.homes.rebuild(seen.iter().copied());
+        let mut runs = self.find_runs(x);
+        let seen = Self::find_blocks(x, &mut runs)?;
+        let other_homes = self.homes.rebuild(seen.iter().copied());
         let rank: Vec<u32> = seen
             .iter()
             .map(|&k| {
@@ -74,77 +82,68 @@ impl<K: Spline, const D: usize> Binning<K, D> {
                     .map_or(NONE, |s| s as u32)
             })
             .collect();
-        self.sort(&rank);
-        self.link();
+        self.sort(&runs, &rank, x.len());
+        // Most steps move particles between blocks that others are in already.
+        if other_homes {
+            self.link();
+        }
         Ok(())
     }
 
-    /// The key of every particle's block; `u64::MAX` for one that has none.
-    fn find_keys<T: Float>(&mut self, x: &[[T; D]]) {
+    /// The particles' blocks, run by run.
+    fn find_runs<T: Float>(&self, x: &[[T; D]]) -> Vec<Vec<Run>> {
         const CHUNK: usize = 4096;
         let h = T::from_f64(self.h);
-        self.keys.resize(x.len(), 0);
-        parallel::each(
-            self.keys.chunks_mut(CHUNK).zip(x.chunks(CHUNK)),
-            |(keys, x)| {
-                for (key, x) in keys.iter_mut().zip(x) {
-                    let block = block_of(locate::<K, T, D>(x, h).0);
-                    *key = if all_finite(x) {
-                        blocks::key(block).unwrap_or(u64::MAX)
-                    } else {
-                        u64::MAX
-                    };
-                }
-            },
-        );
+        let kernel = self.kernel;
+        parallel::map(x.chunks(CHUNK).collect(), |x| {
+            dispatch_quads(FindRuns { x, h, kernel })
+        })
     }
 
-    /// The keys of all blocks in the order in which particles name them; `slots` gets the place of each
-    /// particle's block among them.
-    fn find_blocks<T: Float>(&mut self, x: &[[T; D]]) -> Result<Vec<u64>, MpmError> {
-        // Neighbors in memory are mostly neighbors in space: look a block up when it changes.
+    /// The keys of all blocks in the order in which particles name them; each run gets the place of its
+    /// block among them.
+    fn find_blocks<T: Float>(x: &[[T; D]], runs: &mut [Vec<Run>]) -> Result<Vec<u64>, MpmError> {
         let mut found = blocks::KeyMap::default();
         let mut seen = Vec::new();
-        self.slots.clear();
-        self.slots.reserve(x.len());
-        let mut last = (u64::MAX, NONE);
-        for (p, &key) in self.keys.iter().enumerate() {
-            if key != last.0 {
-                let next = seen.len() as u32;
-                let slot = *found.entry(key).or_insert_with(|| {
-                    seen.push(key);
-                    next
-                });
-                last = (key, slot);
-            }
-            if key == u64::MAX {
+        let mut first = 0;
+        for run in runs.iter_mut().flatten() {
+            if run.key == u64::MAX {
                 return Err(MpmError::ParticleOffGrid {
-                    particle: p,
-                    position: x[p].iter().map(|v| v.to_f64()).collect(),
+                    particle: first,
+                    position: x[first].iter().map(|v| v.to_f64()).collect(),
                 });
             }
-            self.slots.push(last.1);
+            first += run.count as usize;
+            let next = seen.len() as u32;
+            run.slot = *found.entry(run.key).or_insert_with(|| {
+                seen.push(run.key);
+                next
+            });
         }
         Ok(seen)
     }
 
     /// Sorts the particles by home, given the home of each block that was found.
-    fn sort(&mut self, rank: &[u32]) {
+    fn sort(&mut self, runs: &[Vec<Run>], rank: &[u32], count: usize) {
         self.starts.clear();
         self.starts.resize(self.homes.len() + 1, 0);
-        for slot in &mut self.slots {
-            *slot = rank[*slot as usize];
-            self.starts[*slot as usize + 1] += 1;
+        for run in runs.iter().flatten() {
+            self.starts[rank[run.slot as usize] as usize + 1] += run.count;
         }
         for b in 0..self.homes.len() {
             self.starts[b + 1] += self.starts[b];
         }
         let mut cursor = self.starts.clone();
-        self.order.resize(self.slots.len(), 0);
-        for (p, &slot) in self.slots.iter().enumerate() {
-            let at = &mut cursor[slot as usize];
-            self.order[*at as usize] = p as u32;
-            *at += 1;
+        self.order.resize(count, 0);
+        let mut first = 0;
+        for run in runs.iter().flatten() {
+            let at = &mut cursor[rank[run.slot as usize] as usize];
+            let places = &mut self.order[*at as usize..][..run.count as usize];
+            for (p, place) in (first..).zip(places) {
+                *place = p;
+            }
+            *at += run.count;
+            first += run.count;
         }
     }
 
@@ -200,5 +199,52 @@ impl<K: Spline, const D: usize> Binning<K, D> {
     #[inline(always)]
     pub(crate) const fn reach() -> usize {
         block_side(D) + K::WIDTH - 1
+    }
+}
+
+struct FindRuns<'a, T, K, const D: usize> {
+    x: &'a [[T; D]],
+    h: T,
+    kernel: PhantomData<K>,
+}
+impl<T: Float, K: Spline, const D: usize> QuadKernel<T> for FindRuns<'_, T, K, D> {
+    type Output = Vec<Run>;
+    #[inline(always)]
+    fn run<Q: Quad<T>>(self) -> Vec<Run> {
+        let (zero, h) = (Q::splat(T::zero()), Q::splat(self.h));
+        let shift = Q::splat(T::from_f64(K::SHIFT));
+        let per_side = Q::splat(T::from_f64(1.0 / block_side(D) as f64));
+        let mut runs: Vec<Run> = Vec::new();
+        // No block is equal to NaN.
+        let none = Q::splat(T::from_f64(f64::NAN));
+        let (mut last, mut key, mut count) = (none, u64::MAX, 0);
+        for x in self.x {
+            // The block of `kernels::locate`: a product with a power of two is exact.
+            let node = (load_axes::<Q, T, D>(x) / h - shift).floor();
+            let block = (node * per_side).floor();
+            if !(block - last).abs().all_at_most(zero) {
+                let slot = NONE;
+                if count > 0 {
+                    runs.push(Run { key, count, slot });
+                }
+                key = key_of::<K, T, D>(x, self.h);
+                // Nothing joins what has no block.
+                last = if key == u64::MAX { none } else { block };
+                count = 0;
+            }
+            count += 1;
+        }
+        let slot = NONE;
+        runs.push(Run { key, count, slot });
+        runs
+    }
+}
+
+/// The key of the block of a particle; `u64::MAX` for one that has none.
+fn key_of<K: Spline, T: Float, const D: usize>(x: &[T; D], h: T) -> u64 {
+    if all_finite(x) {
+        blocks::key(block_of(locate::<K, T, D>(x, h).0)).unwrap_or(u64::MAX)
+    } else {
+        u64::MAX
     }
 }

@@ -69,15 +69,19 @@ pub struct BlockSet<const D: usize> {
 }
 
 impl<const D: usize> BlockSet<D> {
-    /// The set of these keys, in any order and with repetitions.
-    pub(crate) fn rebuild(&mut self, keys: impl Iterator<Item = u64>) {
-        self.keys.clear();
-        self.keys.extend(keys);
-        self.keys.sort_unstable();
-        self.keys.dedup();
+    /// The set of these keys, in any order and with repetitions; whether it is another than before.
+    pub(crate) fn rebuild(&mut self, keys: impl Iterator<Item = u64>) -> bool {
+        let mut keys: Vec<u64> = keys.collect();
+        keys.sort_unstable();
+        keys.dedup();
+        if keys == self.keys {
+            return false;
+        }
+        self.keys = keys;
         self.slots.clear();
         self.slots
             .extend(self.keys.iter().zip(0..).map(|(&k, slot)| (k, slot)));
+        true
     }
     /// Number of blocks.
     pub fn len(&self) -> usize {

@@ -13,14 +13,12 @@ use fem_solvers::parallel;
 const CHUNK: usize = 256;
 
 impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M, D> {
-    /// Damage and driving-force history at the end of the step, from the state at its start.
-    pub(crate) fn new_damage(&mut self, dt: f64) -> Result<DamageOutput<T>, MpmError> {
+    /// Damage and driving-force history at the end of the step, from the state at its start; nothing
+    /// where no body can tear.
+    pub(crate) fn new_damage(&mut self, dt: f64) -> Result<Option<DamageOutput<T>>, MpmError> {
         let particles = &self.particles;
         if !self.can_tear() {
-            return Ok(DamageOutput {
-                d: particles.damage.clone(),
-                history: particles.history.clone(),
-            });
+            return Ok(None);
         }
         let bodies = &self.bodies[..];
         let can_tear = |body: &Body<M, D>| body.damage.is_some();
@@ -49,7 +47,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
             history: &particles.history,
         };
         let model = |p: usize| bodies[particles.body[p] as usize].damage;
-        self.augmentation.step(&input, &model, dt)
+        self.augmentation.step(&input, &model, dt).map(Some)
     }
 }
 
@@ -106,7 +104,7 @@ mod tests {
         };
         type Host = Simulation<f64, MlsMpm<Quadratic>, NeoHookean, 2>;
         let mut host = Host::new(settings, vec![body], vec![], particles).unwrap();
-        let found = host.new_damage(0.01).unwrap();
+        let found = host.new_damage(0.01).unwrap().expect("it can tear");
 
         let p = &host.particles;
         let of = |F: &Mat<f64, 2>| cauchy_stress(&FLESH.stress(F), F);

@@ -11,12 +11,13 @@
 //! that is indefinite, and never assembled.
 
 use crate::body::Body;
+use crate::damage::DamageOutput;
 use crate::error::{MpmError, NewtonEnd};
 use crate::float::{Float, worse};
 use crate::kernels::{Spline, locate};
 use crate::particles::Particles;
 use crate::simulation::Simulation;
-use crate::transfer::{Scheme, read_motion, spread_stress};
+use crate::transfer::{Scheme, read_gradient, spread_stress};
 use crate::window::{Gather, Node, Scatter};
 use fem_kinematics::{HessianProjection, Mat, Quad};
 use fem_materials::DamageField;
@@ -263,7 +264,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     pub(crate) fn implicit_velocity(
         &mut self,
         dt: f64,
-        damage: &[T],
+        damage: Option<&DamageOutput<T>>,
         options: &ImplicitStep,
     ) -> Result<(), MpmError> {
         let potential = self.potential(dt, damage);
@@ -292,7 +293,11 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     }
 
     /// The potential of a step from the grid's mass and v*.
-    fn potential<'a>(&'a self, dt: f64, damage: &'a [T]) -> Potential<'a, T, M, S, D> {
+    fn potential<'a>(
+        &'a self,
+        dt: f64,
+        damage: Option<&'a DamageOutput<T>>,
+    ) -> Potential<'a, T, M, S, D> {
         let nodes = self.field.len();
         let mass: Vec<f64> = self.field.iter().map(|node| node[3].to_f64()).collect();
         let target: Vec<[f64; D]> = self
@@ -305,7 +310,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
             .collect();
         Potential {
             simulation: self,
-            damage,
+            damage: damage.map_or(&self.particles.damage, |damage| &damage.d),
             dt,
             mass,
             target,
@@ -386,8 +391,8 @@ impl<T: Float, S: Scheme, const D: usize> Gather<f64, D> for ReadStrain<'_, T, S
         window: &[Node<f64>],
     ) -> Mat<f64, D> {
         let x = same_cell::<T, S, D>(&self.particles.x[p], self.h);
-        let motion = read_motion::<f64, Q, S, D>(&x, self.h, origin, window);
-        motion.gradient.scale(self.dt) * wide(&self.particles.F[p])
+        let gradient = read_gradient::<f64, Q, S, D>(&x, self.h, origin, window);
+        gradient.scale(self.dt) * wide(&self.particles.F[p])
     }
 }
 

@@ -5,6 +5,58 @@
 //! at `base`; `f = x/h − base` is its distance from the first of them in cells.
 
 use crate::float::Float;
+use core::marker::PhantomData;
+use core::ops::{Add, Mul, Sub};
+use fem_kinematics::Quad;
+
+/// What the polynomials of a kernel are computed with: a number, or one for each axis.
+pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// The nearest number.
+    fn nearest(value: f64) -> Self;
+}
+impl<T: Float> Number for T {
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        T::from_f64(value)
+    }
+}
+
+/// A number for each axis, side by side.
+#[derive(Clone, Copy)]
+pub(crate) struct Axes<Q, T>(pub Q, PhantomData<T>);
+impl<Q, T> Axes<Q, T> {
+    #[inline(always)]
+    pub(crate) const fn new(axes: Q) -> Self {
+        Self(axes, PhantomData)
+    }
+}
+impl<Q: Add<Output = Q>, T> Add for Axes<Q, T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self::new(self.0 + o.0)
+    }
+}
+impl<Q: Sub<Output = Q>, T> Sub for Axes<Q, T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self::new(self.0 - o.0)
+    }
+}
+impl<Q: Mul<Output = Q>, T> Mul for Axes<Q, T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Self::new(self.0 * o.0)
+    }
+}
+impl<Q: Quad<T>, T: Float> Number for Axes<Q, T> {
+    #[inline(always)]
+    fn nearest(value: f64) -> Self {
+        Self::new(Q::splat(T::from_f64(value)))
+    }
+}
 
 /// One of the three B-splines, on one axis and in units of the cell size.
 ///
@@ -19,11 +71,11 @@ pub trait Spline: Copy + Send + Sync + 'static {
     /// cubic kernel; `None` for the linear one, where it does.
     const INERTIA: Option<f64>;
     /// N at the `WIDTH` nodes.
-    fn values<T: Float>(f: T) -> [T; 4];
+    fn values<N: Number>(f: N) -> [N; 4];
     /// dN/d(x/h) at the `WIDTH` nodes.
-    fn first<T: Float>(f: T) -> [T; 4];
+    fn first<N: Number>(f: N) -> [N; 4];
     /// d²N/d(x/h)² at the `WIDTH` nodes.
-    fn second<T: Float>(f: T) -> [T; 4];
+    fn second<N: Number>(f: N) -> [N; 4];
 }
 
 /// Hat functions, two nodes per axis.
@@ -41,16 +93,16 @@ impl Spline for Linear {
     const SHIFT: f64 = 0.0;
     const INERTIA: Option<f64> = None;
     #[inline(always)]
-    fn values<T: Float>(f: T) -> [T; 4] {
-        [T::one() - f, f, T::zero(), T::zero()]
+    fn values<N: Number>(f: N) -> [N; 4] {
+        [N::nearest(1.0) - f, f, N::nearest(0.0), N::nearest(0.0)]
     }
     #[inline(always)]
-    fn first<T: Float>(_: T) -> [T; 4] {
-        [-T::one(), T::one(), T::zero(), T::zero()]
+    fn first<N: Number>(_: N) -> [N; 4] {
+        [-1.0, 1.0, 0.0, 0.0].map(N::nearest)
     }
     #[inline(always)]
-    fn second<T: Float>(_: T) -> [T; 4] {
-        [T::zero(); 4]
+    fn second<N: Number>(_: N) -> [N; 4] {
+        [N::nearest(0.0); 4]
     }
 }
 
@@ -59,19 +111,19 @@ impl Spline for Quadratic {
     const SHIFT: f64 = 0.5;
     const INERTIA: Option<f64> = Some(0.25);
     #[inline(always)]
-    fn values<T: Float>(f: T) -> [T; 4] {
-        let c = T::from_f64;
+    fn values<N: Number>(f: N) -> [N; 4] {
+        let c = N::nearest;
         let (a, b, e) = (c(1.5) - f, f - c(1.0), f - c(0.5));
-        [c(0.5) * a * a, c(0.75) - b * b, c(0.5) * e * e, T::zero()]
+        [c(0.5) * a * a, c(0.75) - b * b, c(0.5) * e * e, c(0.0)]
     }
     #[inline(always)]
-    fn first<T: Float>(f: T) -> [T; 4] {
-        let c = T::from_f64;
-        [f - c(1.5), c(-2.0) * (f - c(1.0)), f - c(0.5), T::zero()]
+    fn first<N: Number>(f: N) -> [N; 4] {
+        let c = N::nearest;
+        [f - c(1.5), c(-2.0) * (f - c(1.0)), f - c(0.5), c(0.0)]
     }
     #[inline(always)]
-    fn second<T: Float>(_: T) -> [T; 4] {
-        [T::one(), T::from_f64(-2.0), T::one(), T::zero()]
+    fn second<N: Number>(_: N) -> [N; 4] {
+        [1.0, -2.0, 1.0, 0.0].map(N::nearest)
     }
 }
 
@@ -80,8 +132,8 @@ impl Spline for Cubic {
     const SHIFT: f64 = 1.0;
     const INERTIA: Option<f64> = Some(1.0 / 3.0);
     #[inline(always)]
-    fn values<T: Float>(f: T) -> [T; 4] {
-        let c = T::from_f64;
+    fn values<N: Number>(f: N) -> [N; 4] {
+        let c = N::nearest;
         let t = f - c(1.0);
         let s = c(1.0) - t;
         let sixth = c(1.0 / 6.0);
@@ -93,21 +145,21 @@ impl Spline for Cubic {
         ]
     }
     #[inline(always)]
-    fn first<T: Float>(f: T) -> [T; 4] {
-        let c = T::from_f64;
+    fn first<N: Number>(f: N) -> [N; 4] {
+        let c = N::nearest;
         let t = f - c(1.0);
         let s = c(1.0) - t;
         let half = c(0.5);
         [
-            -(half * s * s),
+            c(-0.5) * s * s,
             half * t * (c(3.0) * t - c(4.0)),
-            -(half * s * (c(3.0) * s - c(4.0))),
+            c(-0.5) * s * (c(3.0) * s - c(4.0)),
             half * t * t,
         ]
     }
     #[inline(always)]
-    fn second<T: Float>(f: T) -> [T; 4] {
-        let c = T::from_f64;
+    fn second<N: Number>(f: N) -> [N; 4] {
+        let c = N::nearest;
         let t = f - c(1.0);
         let s = c(1.0) - t;
         [s, c(3.0) * t - c(2.0), c(3.0) * s - c(2.0), t]

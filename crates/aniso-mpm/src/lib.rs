@@ -21,6 +21,7 @@ mod particles;
 #[cfg(feature = "scenes")]
 pub mod scenes;
 mod simulation;
+mod stencil;
 mod step;
 mod stresses;
 mod transfer;
@@ -33,7 +34,7 @@ pub use body::{Body, Fiber};
 pub use error::{MpmError, NewtonEnd, Rejection, SolveError};
 pub use float::{Float, worse};
 pub use implicit::ImplicitStep;
-pub use kernels::{Cubic, Linear, Quadratic, Spline, Stencil};
+pub use kernels::{Cubic, Linear, Number, Quadratic, Spline, Stencil};
 pub use obstacle::{Contact, ContactConstraint, Obstacle};
 pub use particles::{Particle, Particles};
 pub use simulation::{Energies, Integrator, Settings, Simulation};

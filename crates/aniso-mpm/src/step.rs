@@ -9,6 +9,7 @@ use crate::simulation::{Integrator, Simulation};
 use crate::stresses::kirchhoff_stresses;
 use crate::transfer::{GridToParticles, NextChunk, ParticlesToGrid, Scheme, Worst};
 use crate::window::{CHUNK, Node};
+use fem_kinematics::{Quad, QuadKernel, dispatch_quads};
 use fem_materials::DamageField;
 use fem_solvers::parallel;
 use std::marker::PhantomData;
@@ -99,31 +100,34 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         // "Begin MPM like usual": find the grid.
         self.binning.rebuild(&self.particles.x)?;
         // "... until just before computeGridVelocity": new damage from the old state.
-        let damage = self.new_damage(dt)?;
+        let new_damage = self.new_damage(dt)?;
+        let damage = new_damage.as_ref();
         // "Continue MPM like usual using the new updated damage values".
         match self.settings.integrator {
             Integrator::Symplectic => {
-                self.particles_to_grid(dt, &damage.d);
+                self.particles_to_grid(dt, damage);
                 self.grid_velocity(dt);
             }
             Integrator::Implicit(options) => {
-                self.particles_to_grid(0.0, &damage.d);
+                self.particles_to_grid(0.0, damage);
                 self.grid_velocity(dt);
-                self.implicit_velocity(dt, &damage.d, &options)?;
+                self.implicit_velocity(dt, damage, &options)?;
             }
         }
         if self.has_inextensible_fibers() {
             self.project_onto_inextensible(dt)?;
         }
         self.next.resize_like(&self.particles);
-        let worst = self.grid_to_particles(dt, &damage);
-        self.accept(dt, worst, &damage)
+        let worst = self.grid_to_particles(dt, damage);
+        self.accept(dt, worst, damage)
     }
 
-    pub(crate) fn particles_to_grid(&mut self, dt: f64, damage: &[T]) {
+    /// Without a `damage` of its own the step goes on with that of the particles.
+    pub(crate) fn particles_to_grid(&mut self, dt: f64, damage: Option<&DamageOutput<T>>) {
         let forces = dt > 0.0;
         if forces {
-            let (bodies, d) = (&self.bodies[..], Some(damage));
+            let d = damage.map_or(&self.particles.damage, |damage| &damage.d);
+            let (bodies, d) = (&self.bodies[..], Some(&d[..]));
             kirchhoff_stresses(&self.particles, bodies, d, |_| true, &mut self.tau);
         }
         let task = ParticlesToGrid::<T, S, D> {
@@ -140,27 +144,29 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     /// Momentum to velocity, gravity and obstacles.
     pub(crate) fn grid_velocity(&mut self, dt: f64) {
         let (h, time) = (self.settings.cell_size, self.time + dt);
-        let gravity: [T; D] = self.settings.gravity.map(|g| T::from_f64(g * dt));
+        let mut gravity = [T::zero(); 4];
+        for a in 0..D {
+            gravity[a] = T::from_f64(self.settings.gravity[a] * dt);
+        }
         let (nodes, obstacles) = (&self.binning.nodes, &self.obstacles[..]);
         let tasks = self.field.chunks_mut(BLOCKS * BLOCK_NODES).enumerate();
         parallel::each(tasks, |(task, blocks)| {
-            for (slot, block) in (task * BLOCKS..).zip(blocks.chunks_mut(BLOCK_NODES)) {
-                for node in block.iter_mut() {
-                    velocity_of(node, &gravity);
-                }
-                if !obstacles.is_empty() {
-                    for (local, node) in block.iter_mut().enumerate() {
-                        if node[3] > T::zero() {
-                            let at = nodes.node(slot * BLOCK_NODES + local);
-                            meet(node, at.map(|i| f64::from(i) * h), time, obstacles);
-                        }
+            dispatch_quads(Velocities {
+                nodes: &mut *blocks,
+                gravity,
+            });
+            if !obstacles.is_empty() {
+                for (local, node) in blocks.iter_mut().enumerate() {
+                    if node[3] > T::zero() {
+                        let at = nodes.node(task * BLOCKS * BLOCK_NODES + local);
+                        meet(node, at.map(|i| f64::from(i) * h), time, obstacles);
                     }
                 }
             }
         });
     }
 
-    fn grid_to_particles(&mut self, dt: f64, new_damage: &DamageOutput<T>) -> Worst {
+    fn grid_to_particles(&mut self, dt: f64, damage: Option<&DamageOutput<T>>) -> Worst {
         let (particles, binning, field) = (&self.particles, &self.binning, &self.field[..]);
         let next = &mut self.next;
         let motion = next.x.chunks_mut(CHUNK).zip(next.v.chunks_mut(CHUNK));
@@ -176,7 +182,6 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
                 first,
                 next: NextChunk { x, v, C, F },
                 worst: Worst {
-                    speed_squared: 0.0,
                     not_finite: None,
                     too_fast: None,
                 },
@@ -185,15 +190,13 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
             binning.visit(field, ranks, &mut visitor);
             visitor.worst
         });
-        self.carry_over(new_damage);
+        self.carry_over(damage);
         worst.into_iter().fold(
             Worst {
-                speed_squared: 0.0,
                 not_finite: None,
                 too_fast: None,
             },
             |a, b| Worst {
-                speed_squared: a.speed_squared.max(b.speed_squared),
                 not_finite: a.not_finite.or(b.not_finite),
                 too_fast: a.too_fast.or(b.too_fast),
             },
@@ -201,37 +204,49 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     }
 
     /// What a particle keeps, in the new order.
-    fn carry_over(&mut self, new_damage: &DamageOutput<T>) {
-        let (particles, order) = (&self.particles, &self.binning.order[..]);
-        let next = &mut self.next;
-        let inertia = next
+    fn carry_over(&mut self, damage: Option<&DamageOutput<T>>) {
+        let (old, next) = (&self.particles, &mut self.next);
+        let order = &self.binning.order[..];
+        let (d, history) = damage.map_or((&old.damage, &old.history), |new| (&new.d, &new.history));
+        let tasks = next
             .mass
             .chunks_mut(CHUNK)
             .zip(next.volume.chunks_mut(CHUNK));
-        let damage = next
-            .damage
-            .chunks_mut(CHUNK)
-            .zip(next.history.chunks_mut(CHUNK));
-        let name = next.body.chunks_mut(CHUNK).zip(next.id.chunks_mut(CHUNK));
-        let kept = inertia.zip(damage).zip(name).zip(order.chunks(CHUNK));
+        let tasks = tasks.zip(next.damage.chunks_mut(CHUNK));
+        let tasks = tasks.zip(next.history.chunks_mut(CHUNK));
+        let tasks = tasks.zip(next.body.chunks_mut(CHUNK));
+        let tasks = tasks.zip(next.id.chunks_mut(CHUNK));
         parallel::each(
-            kept,
-            |((((mass, volume), (damage, history)), (body, id)), order)| {
+            tasks.zip(order.chunks(CHUNK)),
+            |((((((mass, volume), new_d), new_history), body), id), order)| {
+                // Slices of one length, which the compiler knows: one check of a particle serves all.
+                let (count, chunk) = (old.len(), order.len());
+                let (old_mass, old_volume) = (&old.mass[..count], &old.volume[..count]);
+                let (d, history) = (&d[..count], &history[..count]);
+                let (old_body, old_id) = (&old.body[..count], &old.id[..count]);
+                let (mass, volume) = (&mut mass[..chunk], &mut volume[..chunk]);
+                let (new_d, new_history) = (&mut new_d[..chunk], &mut new_history[..chunk]);
+                let (body, id) = (&mut body[..chunk], &mut id[..chunk]);
                 for (k, &p) in order.iter().enumerate() {
                     let p = p as usize;
-                    mass[k] = particles.mass[p];
-                    volume[k] = particles.volume[p];
-                    damage[k] = new_damage.d[p];
-                    history[k] = new_damage.history[p];
-                    body[k] = particles.body[p];
-                    id[k] = particles.id[p];
+                    mass[k] = old_mass[p];
+                    volume[k] = old_volume[p];
+                    new_d[k] = d[p];
+                    new_history[k] = history[p];
+                    body[k] = old_body[p];
+                    id[k] = old_id[p];
                 }
             },
         );
     }
 
     /// Makes the next state the current one if it is good.
-    fn accept(&mut self, dt: f64, worst: Worst, damage: &DamageOutput<T>) -> Result<(), MpmError> {
+    fn accept(
+        &mut self,
+        dt: f64,
+        worst: Worst,
+        damage: Option<&DamageOutput<T>>,
+    ) -> Result<(), MpmError> {
         let reject = |particle, reason| MpmError::StepRejected {
             time: self.time,
             dt,
@@ -244,13 +259,7 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         if let Some(particle) = worst.too_fast {
             return Err(reject(particle, Rejection::TooFast));
         }
-        let chunks = damage.d.chunks(CHUNK).zip(damage.history.chunks(CHUNK));
-        let wrong: Vec<Option<usize>> = parallel::map(chunks.collect(), |(d, history)| {
-            let mut all = d.iter().zip(history);
-            all.position(|(d, h)| !(*d >= T::zero() && *d <= T::one() && h.is_finite()))
-        });
-        let mut wrong = wrong.into_iter().enumerate();
-        if let Some(particle) = wrong.find_map(|(chunk, at)| Some(chunk * CHUNK + at?)) {
+        if let Some(particle) = damage.and_then(impossible_damage) {
             return Err(reject(particle, Rejection::Damage));
         }
         std::mem::swap(&mut self.particles, &mut self.next);
@@ -260,16 +269,36 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
     }
 }
 
+/// The first particle with a damage outside [0, 1] or a history that is not finite.
+fn impossible_damage<T: Float>(damage: &DamageOutput<T>) -> Option<usize> {
+    let chunks = damage.d.chunks(CHUNK).zip(damage.history.chunks(CHUNK));
+    let wrong: Vec<Option<usize>> = parallel::map(chunks.collect(), |(d, history)| {
+        let mut all = d.iter().zip(history);
+        all.position(|(d, h)| !(*d >= T::zero() && *d <= T::one() && h.is_finite()))
+    });
+    let mut wrong = wrong.into_iter().enumerate();
+    wrong.find_map(|(chunk, at)| Some(chunk * CHUNK + at?))
+}
+
 /// Momentum to velocity, plus `gravity` (m/s, already times Δt).
-#[inline(always)]
-fn velocity_of<T: Float, const D: usize>(node: &mut Node<T>, gravity: &[T; D]) {
-    let mass = node[3];
-    if mass > T::TINY {
-        for a in 0..D {
-            node[a] = node[a] / mass + gravity[a];
+struct Velocities<'a, T> {
+    nodes: &'a mut [Node<T>],
+    gravity: Node<T>,
+}
+impl<T: Float> QuadKernel<T> for Velocities<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run<Q: Quad<T>>(self) {
+        let gravity = Q::load(&self.gravity);
+        for node in self.nodes {
+            let mass = node[3];
+            if mass > T::TINY {
+                (Q::load(node) / Q::splat(mass) + gravity).store(node);
+                node[3] = mass;
+            } else {
+                *node = [T::zero(); 4];
+            }
         }
-    } else {
-        *node = [T::zero(); 4];
     }
 }
 

@@ -24,9 +24,12 @@ pub(crate) fn kirchhoff_stresses<T: Float, M: DamageField<D>, const D: usize>(
         let first = chunk * CHUNK;
         let last = first + tau.len();
         let of_particle = &particles.body[first..last];
-        let mut present = of_particle.to_vec();
-        present.sort_unstable();
-        present.dedup();
+        let mut present = vec![of_particle[0]];
+        if of_particle.iter().any(|&body| body != present[0]) {
+            present.extend_from_slice(of_particle);
+            present.sort_unstable();
+            present.dedup();
+        }
         for &body in &present {
             let of_body = &bodies[usize::from(body)];
             if !wanted(of_body) {
@@ -62,50 +65,91 @@ impl<M: DamageField<D>, T: Float, const D: usize> PackedKernel for OfBody<'_, M,
     fn run<V: Pack>(self) {
         let count = self.F.len();
         for first in (0..count).step_by(8) {
-            let lanes = (count - first).min(8);
-            let here = |lane: usize| self.body.is_none_or(|b| b == self.bodies[first + lane]);
-            if !(0..lanes).any(here) {
+            let last = count.min(first + 8);
+            let here = |p: usize| self.body.is_none_or(|b| b == self.bodies[p]);
+            if self.body.is_some() && !(first..last).any(here) {
                 continue;
             }
-            let mut packed = [[Lanes([0.0; 8]); D]; D];
-            let mut d: F64x8 = Lanes([0.0; 8]);
-            for lane in 0..8 {
-                // Lanes without a particle repeat the last one.
-                let p = first + lane.min(lanes - 1);
-                for i in 0..D {
-                    for j in 0..D {
-                        packed[i][j].0[lane] = self.F[p].0[i][j].to_f64();
-                    }
+            // Lanes without a particle repeat the last one.
+            let (some_F, some_d);
+            let F = match self.F[first..last].first_chunk() {
+                Some(eight) => eight,
+                None => {
+                    some_F = padded(&self.F[first..last], Mat::zeros());
+                    &some_F
                 }
-                if let Some(damage) = self.damage {
-                    d.0[lane] = damage[p].to_f64();
+            };
+            let damage = self.damage.map_or(&[][..], |damage| &damage[first..last]);
+            let d = match damage.first_chunk() {
+                Some(eight) => eight,
+                None => {
+                    some_d = padded(damage, T::zero());
+                    &some_d
                 }
-            }
-            let mut F = Mat::<V, D>::zeros();
-            for i in 0..D {
-                for j in 0..D {
-                    F.0[i][j] = V::from_lanes(packed[i][j]);
+            };
+            match self.tau[first..last].first_chunk_mut::<8>() {
+                Some(tau) if self.body.is_none() => {
+                    eight_stresses::<V, M, T, D>(self.material, F, d, tau);
                 }
-            }
-            let tau = self
-                .material
-                .stress(&M::at_damage(V::from_lanes(d)), &F)
-                .mul_tr(&F);
-            for i in 0..D {
-                for j in 0..D {
-                    packed[i][j] = tau.0[i][j].to_lanes();
-                }
-            }
-            for lane in 0..lanes {
-                if here(lane) {
-                    let out = &mut self.tau[first + lane];
-                    for i in 0..D {
-                        for j in 0..D {
-                            out.0[i][j] = T::from_f64(packed[i][j].0[lane]);
+                _ => {
+                    let mut tau = [Mat::zeros(); 8];
+                    eight_stresses::<V, M, T, D>(self.material, F, d, &mut tau);
+                    for (p, tau) in (first..last).zip(tau) {
+                        if here(p) {
+                            self.tau[p] = tau;
                         }
                     }
                 }
             }
         }
     }
+}
+
+#[inline(always)]
+fn eight_stresses<V: Pack, M: DamageField<D>, T: Float, const D: usize>(
+    material: &M,
+    F: &[Mat<T, D>; 8],
+    d: &[T; 8],
+    tau: &mut [Mat<T, D>; 8],
+) {
+    let mut packed = [[Lanes([0.0; 8]); D]; D];
+    let mut damage: F64x8 = Lanes([0.0; 8]);
+    for lane in 0..8 {
+        for i in 0..D {
+            for j in 0..D {
+                packed[i][j].0[lane] = F[lane].0[i][j].to_f64();
+            }
+        }
+        damage.0[lane] = d[lane].to_f64();
+    }
+    let mut F = Mat::<V, D>::zeros();
+    for i in 0..D {
+        for j in 0..D {
+            F.0[i][j] = V::from_lanes(packed[i][j]);
+        }
+    }
+    let local = M::at_damage(V::from_lanes(damage));
+    let stress = material.stress(&local, &F).mul_tr(&F);
+    for i in 0..D {
+        for j in 0..D {
+            packed[i][j] = stress.0[i][j].to_lanes();
+        }
+    }
+    for lane in 0..8 {
+        for i in 0..D {
+            for j in 0..D {
+                tau[lane].0[i][j] = T::from_f64(packed[i][j].0[lane]);
+            }
+        }
+    }
+}
+
+/// Fewer than eight, and then the last of them again, or `none`.
+#[inline(always)]
+fn padded<R: Copy>(from: &[R], none: R) -> [R; 8] {
+    let mut eight = [from.last().copied().unwrap_or(none); 8];
+    for (to, from) in eight.iter_mut().zip(from) {
+        *to = *from;
+    }
+    eight
 }

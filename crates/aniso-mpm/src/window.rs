@@ -25,15 +25,23 @@ pub trait Scatter<T, const D: usize>: Sync {
     /// Adds particle `particle` to a window whose first node is `origin`; mark `#[inline(always)]`.
     /// `Q` holds one node in the registers of this processor.
     fn scatter<Q: Quad<T>>(&self, particle: usize, origin: [i32; D], window: &mut [Node<T>]);
+    /// Adds these particles in their order; to be written anew where something serves all of them.
+    #[inline(always)]
+    fn scatter_all<Q: Quad<T>>(&self, particles: &[u32], origin: [i32; D], window: &mut [Node<T>]) {
+        for &p in particles {
+            self.scatter::<Q>(p as usize, origin, window);
+        }
+    }
 }
 
-/// What a particle does with the nodes under it.
+/// What particles do with the nodes under them.
 pub trait Visit<T, const D: usize> {
-    /// Particle `particle`, number `rank` in sorted order; mark `#[inline(always)]`.
+    /// The particles of one block in sorted order, the first of them number `rank`; mark
+    /// `#[inline(always)]`.
     fn visit<Q: Quad<T>>(
         &mut self,
         rank: usize,
-        particle: usize,
+        particles: &[u32],
         origin: [i32; D],
         window: &[Node<T>],
     );
@@ -111,27 +119,145 @@ impl<T: Float, S: Scatter<T, D>, const D: usize> QuadKernel<T> for FillWindow<'_
     #[inline(always)]
     fn run<Q: Quad<T>>(self) {
         self.window.fill([T::zero(); 4]);
-        for &p in self.particles {
-            self.task.scatter::<Q>(p as usize, self.origin, self.window);
+        self.task
+            .scatter_all::<Q>(self.particles, self.origin, self.window);
+    }
+}
+
+struct SumWindows<'a, T, K, const D: usize> {
+    blocks: &'a mut [Node<T>],
+    sources: &'a [[u32; 8]],
+    windows: &'a [Node<T>],
+    kernel: PhantomData<K>,
+}
+impl<T: Float, K: Spline, const D: usize> QuadKernel<T> for SumWindows<'_, T, K, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run<Q: Quad<T>>(self) {
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let len = Binning::<K, D>::window_len();
+        for (block, sources) in self.blocks.chunks_mut(BLOCK_NODES).zip(self.sources) {
+            block.fill([T::zero(); 4]);
+            for (n, &home) in sources.iter().enumerate().take(1 << D) {
+                if home == NONE {
+                    continue;
+                }
+                let window = &self.windows[home as usize * len..][..len];
+                let overlap = Overlap::<D>::new::<K>(n);
+                for i in 0..overlap.planes {
+                    let (of_window, of_block) = overlap.plane::<K>(i);
+                    let rows = block[of_block].chunks_exact_mut(side);
+                    for (sums, add) in rows.zip(window[of_window].chunks_exact(reach)) {
+                        if overlap.far {
+                            add_row::<Q, T>(&mut sums[..reach - side], &add[side..]);
+                        } else {
+                            add_row::<Q, T>(sums, &add[..side]);
+                        }
+                    }
+                }
+            }
         }
     }
 }
 
-struct ReadWindow<'a, V, T, const D: usize> {
+struct ReadWindow<'a, V, T, K, const D: usize> {
     visitor: &'a mut V,
-    order: &'a [u32],
+    binning: &'a Binning<K, D>,
+    field: &'a [Node<T>],
+    home: usize,
     ranks: Range<usize>,
-    origin: [i32; D],
-    window: &'a [Node<T>],
+    /// Workspace.
+    window: &'a mut [Node<T>],
 }
-impl<T: Float, V: Visit<T, D>, const D: usize> QuadKernel<T> for ReadWindow<'_, V, T, D> {
+impl<T: Float, V: Visit<T, D>, K: Spline, const D: usize> QuadKernel<T>
+    for ReadWindow<'_, V, T, K, D>
+{
     type Output = ();
     #[inline(always)]
     fn run<Q: Quad<T>>(self) {
-        for rank in self.ranks {
-            let p = self.order[rank] as usize;
-            self.visitor.visit::<Q>(rank, p, self.origin, self.window);
+        let (window, binning) = (self.window, self.binning);
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let neighbors = &binning.neighbors[self.home];
+        for (n, &slot) in neighbors.iter().enumerate().take(1 << D) {
+            let block = &self.field[slot as usize * BLOCK_NODES..][..BLOCK_NODES];
+            let overlap = Overlap::<D>::new::<K>(n);
+            for i in 0..overlap.planes {
+                let (of_window, of_block) = overlap.plane::<K>(i);
+                let rows = window[of_window].chunks_exact_mut(reach);
+                for (nodes, from) in rows.zip(block[of_block].chunks_exact(side)) {
+                    if overlap.far {
+                        copy_row::<Q, T>(&mut nodes[side..], &from[..reach - side]);
+                    } else {
+                        copy_row::<Q, T>(&mut nodes[..side], from);
+                    }
+                }
+            }
         }
+        let origin = binning.origin(self.home);
+        let (first, particles) = (self.ranks.start, &binning.order[self.ranks]);
+        self.visitor.visit::<Q>(first, particles, origin, window);
+    }
+}
+
+/// Both halves of a row have a length that the compiler knows, and no loop is left.
+#[inline(always)]
+fn add_row<Q: Quad<T>, T: Float>(to: &mut [Node<T>], from: &[Node<T>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        (Q::load(to) + Q::load(from)).store(to);
+    }
+}
+
+#[inline(always)]
+fn copy_row<Q: Quad<T>, T: Float>(to: &mut [Node<T>], from: &[Node<T>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        Q::load(from).store(to);
+    }
+}
+
+/// The rows that the window of a block shares with the node block at one of its corners.
+struct Overlap<const D: usize> {
+    /// Rows in a plane (in 2D the planes are the rows).
+    lines: usize,
+    planes: usize,
+    /// Number of the first row in the window.
+    first: usize,
+    /// Beyond the window's own block on the last axis: rows have not a whole side of nodes, but what the
+    /// kernel reaches.
+    far: bool,
+}
+
+impl<const D: usize> Overlap<D> {
+    /// At corner number n.
+    #[inline(always)]
+    fn new<K: Spline>(n: usize) -> Self {
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let corner = corner::<D>(n);
+        let extent = |far: i32| if far == 0 { side } else { reach - side };
+        let shift = |far: i32| if far == 0 { 0 } else { side };
+        let (mut lines, mut first) = (1, shift(corner[0]));
+        if D == 3 {
+            lines = extent(corner[1]);
+            first = first * reach + shift(corner[1]);
+        }
+        Self {
+            lines,
+            planes: extent(corner[0]),
+            first,
+            far: corner[D - 1] != 0,
+        }
+    }
+
+    /// Nodes of the window and of the block that hold the shared rows of plane number i: whole rows of
+    /// either.
+    #[inline(always)]
+    fn plane<K: Spline>(&self, i: usize) -> (Range<usize>, Range<usize>) {
+        let (side, reach) = (block_side(D), Binning::<K, D>::reach());
+        let (mut in_window, mut in_block) = (i, i);
+        if D == 3 {
+            (in_window, in_block) = (i * reach, i * side);
+        }
+        let (from, to) = ((self.first + in_window) * reach, in_block * side);
+        (from..from + self.lines * reach, to..to + self.lines * side)
     }
 }
 
@@ -173,50 +299,13 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         let sources = self.sources.chunks(BLOCKS);
         let tasks = field.chunks_mut(BLOCKS * BLOCK_NODES).zip(sources);
         parallel::each(tasks, |(blocks, sources)| {
-            for (block, sources) in blocks.chunks_mut(BLOCK_NODES).zip(sources) {
-                block.fill([T::zero(); 4]);
-                for (n, &home) in sources.iter().enumerate().take(1 << D) {
-                    if home != NONE {
-                        let window = &windows[home as usize * len..(home as usize + 1) * len];
-                        Self::overlap(n, |from, to, count| {
-                            for (sum, add) in block[to..to + count]
-                                .iter_mut()
-                                .zip(&window[from..from + count])
-                            {
-                                for c in 0..4 {
-                                    sum[c] += add[c];
-                                }
-                            }
-                        });
-                    }
-                }
-            }
+            dispatch_quads(SumWindows::<T, K, D> {
+                blocks,
+                sources,
+                windows,
+                kernel: PhantomData,
+            });
         });
-    }
-
-    /// Rows that the window of a block shares with the node block at its corner `n`:
-    /// `row(start in the window, start in the block, length)`.
-    #[inline(always)]
-    fn overlap(n: usize, mut row: impl FnMut(usize, usize, usize)) {
-        let side = block_side(D);
-        let reach = Self::reach();
-        let shift: [usize; D] = corner::<D>(n).map(|c| c as usize * side);
-        let extent: [usize; D] = shift.map(|s| side.min(reach - s));
-        if D == 2 {
-            for i in 0..extent[0] {
-                row((i + shift[0]) * reach + shift[1], i * side, extent[1]);
-            }
-        } else {
-            for i in 0..extent[0] {
-                for j in 0..extent[1] {
-                    row(
-                        ((i + shift[0]) * reach + j + shift[1]) * reach + shift[D - 1],
-                        (i * side + j) * side,
-                        extent[D - 1],
-                    );
-                }
-            }
-        }
     }
 
     /// Shows each of the sorted particles in `ranks` its window of `field`.
@@ -232,18 +321,13 @@ impl<K: Spline, const D: usize> Binning<K, D> {
         let mut rank = ranks.start;
         while rank < ranks.end {
             let end = (self.starts[home + 1] as usize).min(ranks.end);
-            for (n, &slot) in self.neighbors[home].iter().enumerate().take(1 << D) {
-                let block = &field[slot as usize * BLOCK_NODES..(slot as usize + 1) * BLOCK_NODES];
-                Self::overlap(n, |to, from, count| {
-                    window[to..to + count].copy_from_slice(&block[from..from + count]);
-                });
-            }
             dispatch_quads(ReadWindow {
                 visitor,
-                order: &self.order,
+                binning: self,
+                field,
+                home,
                 ranks: rank..end,
-                origin: self.origin(home),
-                window: &window,
+                window: &mut window,
             });
             rank = end;
             home += 1;
@@ -294,10 +378,12 @@ impl<T: Copy, R, G: Gather<T, D, Output = R>, const D: usize> Visit<T, D> for Co
     fn visit<Q: Quad<T>>(
         &mut self,
         rank: usize,
-        particle: usize,
+        particles: &[u32],
         origin: [i32; D],
         window: &[Node<T>],
     ) {
-        self.out[rank - self.first] = self.read.gather::<Q>(particle, origin, window);
+        for (out, &p) in self.out[rank - self.first..].iter_mut().zip(particles) {
+            *out = self.read.gather::<Q>(p as usize, origin, window);
+        }
     }
 }

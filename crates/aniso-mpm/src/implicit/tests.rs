@@ -34,15 +34,14 @@ fn host(F: Mat<f64, 2>) -> Host {
     let body = Body::elastic(material);
     let mut host = Host::new(Settings::new(H), vec![body], vec![], particles).unwrap();
     host.binning.rebuild(&host.particles.x).unwrap();
-    host.particles_to_grid(0.0, &[0.0; 36]);
+    host.particles_to_grid(0.0, None);
     host.grid_velocity(DT);
     host
 }
 
 /// Δxᵀ H Δx without the masses' part, over Δxᵀ Δx, for many Δx: the least and the largest.
 fn curvatures(host: &Host, projection: HessianProjection) -> (f64, f64) {
-    let damage = [0.0; 36];
-    let potential = host.potential(DT, &damage);
+    let potential = host.potential(DT, None);
     let v = potential.target.as_flattened().to_vec();
     let mut seed = 1_u64;
     let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);

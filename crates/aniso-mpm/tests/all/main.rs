@@ -8,6 +8,7 @@ mod hostile;
 mod inextensible;
 mod kkt;
 mod scenes;
+mod sorting;
 mod stability;
 mod textbook;
 

@@ -4,16 +4,38 @@
 //! As in [`super::registers`]: the types are private, and [`dispatch_quads`] alone names them,
 //! after it has detected the instructions that they need.
 
-use core::ops::{Add, Mul};
+use core::ops::{Add, Div, Mul, Sub};
 
 /// Four numbers `T` in the registers of the instruction set that [`dispatch_quads`] chose.
-pub trait Quad<T>: Copy + Add<Output = Self> + Mul<Output = Self> {
+pub trait Quad<T>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
     /// The same number four times.
     fn splat(value: T) -> Self;
     /// From memory.
     fn load(from: &[T; 4]) -> Self;
+    /// From memory, with zeros behind the third.
+    fn load_three(from: &[T; 3]) -> Self;
     /// To memory.
     fn store(self, to: &mut [T; 4]);
+    /// The first three to memory.
+    fn store_three(self, to: &mut [T; 3]);
+    /// The largest whole numbers that are not larger, for numbers within the range of `i32`; beyond it,
+    /// and for NaN, a number beyond ±(2³¹ − 1), or NaN.
+    #[must_use]
+    fn floor(self) -> Self;
+    /// Whole numbers as `i32`; any number for one that `i32` does not have.
+    fn to_integers(self) -> [i32; 4];
+    /// Absolute values.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// The larger of each two; either of them where one is NaN.
+    #[must_use]
+    fn max(self, other: Self) -> Self;
+    /// Is every number at most that of `other`? Not where one is NaN.
+    fn all_at_most(self, other: Self) -> bool;
+    /// The transpose of the matrix with these rows.
+    fn transposed(rows: [Self; 4]) -> [Self; 4];
     /// `self + s v`, rounded twice: never fused.
     #[inline(always)]
     #[must_use]
@@ -77,104 +99,94 @@ pub fn dispatch_quads<T: QuadScalar, K: QuadKernel<T>>(kernel: K) -> K::Output {
 )]
 #[derive(Clone, Copy)]
 pub(super) struct Plain<T>([T; 4]);
-impl<T: Copy + Add<Output = T>> Add for Plain<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        let (a, b) = (self.0, o.0);
-        Self([a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]])
-    }
+
+macro_rules! plain_operator {
+    ($trait:ident, $function:ident, $operator:tt) => {
+        impl<T: Copy + $trait<Output = T>> $trait for Plain<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(self, o: Self) -> Self {
+                let (a, b) = (self.0, o.0);
+                Self([a[0] $operator b[0], a[1] $operator b[1], a[2] $operator b[2], a[3] $operator b[3]])
+            }
+        }
+    };
 }
-impl<T: Copy + Mul<Output = T>> Mul for Plain<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: Self) -> Self {
-        let (a, b) = (self.0, o.0);
-        Self([a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]])
-    }
+plain_operator!(Add, add, +);
+plain_operator!(Sub, sub, -);
+plain_operator!(Mul, mul, *);
+plain_operator!(Div, div, /);
+
+macro_rules! plain {
+    ($t:ty) => {
+        impl Quad<$t> for Plain<$t> {
+            #[inline(always)]
+            fn splat(value: $t) -> Self {
+                Self([value; 4])
+            }
+            #[inline(always)]
+            fn load(from: &[$t; 4]) -> Self {
+                Self(*from)
+            }
+            #[inline(always)]
+            fn load_three(from: &[$t; 3]) -> Self {
+                Self([from[0], from[1], from[2], 0.0])
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t; 4]) {
+                *to = self.0;
+            }
+            #[inline(always)]
+            fn store_three(self, to: &mut [$t; 3]) {
+                *to = [self.0[0], self.0[1], self.0[2]];
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                Self(self.0.map(|x| {
+                    // A cast truncates; one comparison makes it a floor without a call to libm.
+                    let truncated = x as i32 as $t;
+                    if truncated > x {
+                        truncated - 1.0
+                    } else if truncated <= x {
+                        truncated
+                    } else {
+                        x
+                    }
+                }))
+            }
+            #[inline(always)]
+            fn to_integers(self) -> [i32; 4] {
+                self.0.map(|x| x as i32)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(self.0.map(<$t>::abs))
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                let (a, b) = (self.0, other.0);
+                Self(core::array::from_fn(
+                    |i| if a[i] > b[i] { a[i] } else { b[i] },
+                ))
+            }
+            #[inline(always)]
+            fn all_at_most(self, other: Self) -> bool {
+                let (a, b) = (self.0, other.0);
+                (a[0] <= b[0]) & (a[1] <= b[1]) & (a[2] <= b[2]) & (a[3] <= b[3])
+            }
+            #[inline(always)]
+            fn transposed(rows: [Self; 4]) -> [Self; 4] {
+                core::array::from_fn(|i| Self(core::array::from_fn(|j| rows[j].0[i])))
+            }
+        }
+    };
 }
-impl<T: Copy + Add<Output = T> + Mul<Output = T>> Quad<T> for Plain<T> {
-    #[inline(always)]
-    fn splat(value: T) -> Self {
-        Self([value; 4])
-    }
-    #[inline(always)]
-    fn load(from: &[T; 4]) -> Self {
-        Self(*from)
-    }
-    #[inline(always)]
-    fn store(self, to: &mut [T; 4]) {
-        *to = self.0;
-    }
-}
+plain!(f64);
+plain!(f32);
 
 #[cfg(target_arch = "x86_64")]
 #[cfg_attr(all(debug_assertions, not(test)), allow(dead_code))]
-pub(super) mod x86 {
-    use super::Quad;
-    use core::arch::x86_64::*;
-    use core::ops::{Add, Mul};
-
-    macro_rules! quad {
-        (
-            $(#[$doc:meta])*
-            $name:ident, $scalar:ty, [$register:ty; $count:literal], [$($i:tt)*], $width:literal,
-            $set:path, $load:path, $store:path, $add:path, $mul:path
-        ) => {
-            $(#[$doc])*
-            #[derive(Clone, Copy)]
-            pub(in super::super) struct $name([$register; $count]);
-            impl Add for $name {
-                type Output = Self;
-                #[inline(always)]
-                fn add(self, o: Self) -> Self {
-                    // SAFETY: see the module.
-                    Self(unsafe { [$($add(self.0[$i], o.0[$i])),*] })
-                }
-            }
-            impl Mul for $name {
-                type Output = Self;
-                #[inline(always)]
-                fn mul(self, o: Self) -> Self {
-                    // SAFETY: see the module.
-                    Self(unsafe { [$($mul(self.0[$i], o.0[$i])),*] })
-                }
-            }
-            impl Quad<$scalar> for $name {
-                #[inline(always)]
-                fn splat(value: $scalar) -> Self {
-                    // SAFETY: see the module.
-                    Self([unsafe { $set(value) }; $count])
-                }
-                #[inline(always)]
-                fn load(from: &[$scalar; 4]) -> Self {
-                    // SAFETY: see the module; each load reads numbers of the array.
-                    Self(unsafe { [$($load(from.as_ptr().add($i * $width))),*] })
-                }
-                #[inline(always)]
-                fn store(self, to: &mut [$scalar; 4]) {
-                    // SAFETY: see the module; each store writes numbers of the array.
-                    unsafe { $($store(to.as_mut_ptr().add($i * $width), self.0[$i]);)* }
-                }
-            }
-        };
-    }
-    quad! {
-        /// One AVX register.
-        Avx, f64, [__m256d; 1], [0], 4,
-        _mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_add_pd, _mm256_mul_pd
-    }
-    quad! {
-        /// Two SSE2 registers.
-        Sse2, f64, [__m128d; 2], [0 1], 2,
-        _mm_set1_pd, _mm_loadu_pd, _mm_storeu_pd, _mm_add_pd, _mm_mul_pd
-    }
-    quad! {
-        /// One SSE register.
-        Sse, f32, [__m128; 1], [0], 4,
-        _mm_set1_ps, _mm_loadu_ps, _mm_storeu_ps, _mm_add_ps, _mm_mul_ps
-    }
-}
+pub(super) mod x86;
 
 macro_rules! scalar {
     ($t:ty, $wide:ident, $baseline:ident) => {

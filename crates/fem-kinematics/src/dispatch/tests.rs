@@ -140,3 +140,99 @@ fn quadruples_agree_and_are_never_fused() {
     assert_eq!(narrow().run::<Plain<f32>>(), expected);
     assert_eq!(narrow().run::<x86::Sse>(), expected);
 }
+
+/// The operations that mix the numbers of a quadruple or that compare them.
+struct Mixed<T>([[T; 4]; 4]);
+struct MixedResult<T> {
+    /// Floors, absolute values, differences, quotients, maxima, and what three numbers make.
+    rows: Vec<[T; 4]>,
+    integers: Vec<[i32; 4]>,
+    at_most: Vec<bool>,
+}
+macro_rules! mixed {
+    ($t:ty) => {
+        impl QuadKernel<$t> for Mixed<$t> {
+            type Output = MixedResult<$t>;
+            #[inline(always)]
+            fn run<Q: Quad<$t>>(self) -> MixedResult<$t> {
+                let load = |k: usize| Q::load(&self.0[k]);
+                let (a, b) = (load(0), load(1));
+                let three: [$t; 3] = [self.0[2][0], self.0[2][1], self.0[2][2]];
+                let mut quads = vec![a.floor(), a.abs(), a - b, a / b, a.max(b)];
+                quads.push(Q::load_three(&three));
+                quads.extend(Q::transposed([a, b, load(2), load(3)]));
+                let mut rows: Vec<[$t; 4]> = Vec::new();
+                for quad in quads {
+                    rows.push([0.0; 4]);
+                    quad.store(rows.last_mut().unwrap());
+                }
+                let mut stored = [7.0; 4];
+                b.store_three(stored.first_chunk_mut::<3>().unwrap());
+                rows.push(stored);
+                let nan = Q::splat(<$t>::NAN);
+                MixedResult {
+                    rows,
+                    integers: vec![a.floor().to_integers(), a.to_integers()],
+                    at_most: vec![
+                        a.all_at_most(a),
+                        a.all_at_most(b),
+                        b.all_at_most(a),
+                        nan.all_at_most(a),
+                        a.all_at_most(nan),
+                        nan.floor().all_at_most(Q::splat(2e9))
+                            && Q::splat(-2e9).all_at_most(nan.floor()),
+                        Q::splat(3e9).floor().abs().all_at_most(Q::splat(2e9)),
+                    ],
+                }
+            }
+        }
+        impl Mixed<$t> {
+            fn check(result: &MixedResult<$t>) {
+                let m = Self::sample().0;
+                let each = |f: fn($t, $t) -> $t| std::array::from_fn(|i| f(m[0][i], m[1][i]));
+                let mut expected: Vec<[$t; 4]> = vec![
+                    m[0].map(<$t>::floor),
+                    m[0].map(<$t>::abs),
+                    each(|a, b| a - b),
+                    each(|a, b| a / b),
+                    each(<$t>::max),
+                    [m[2][0], m[2][1], m[2][2], 0.0],
+                ];
+                expected.extend((0..4).map(|i| std::array::from_fn(|j| m[j][i])));
+                expected.push([m[1][0], m[1][1], m[1][2], 7.0]);
+                assert_eq!(result.rows, expected);
+                assert_eq!(result.integers, [[-4, 0, 5, -8], [-3, 0, 5, -8]]);
+                assert_eq!(
+                    result.at_most,
+                    [true, false, false, false, false, false, false]
+                );
+            }
+            fn sample() -> Self {
+                Self([
+                    [-3.25, 0.75, 5.0, -8.0],
+                    [-3.5, 1.25, 5.0, 2.0],
+                    [0.1, 0.2, 0.3, 0.4],
+                    [11.0, 12.0, 13.0, 14.0],
+                ])
+            }
+        }
+    };
+}
+mixed!(f64);
+mixed!(f32);
+
+#[test]
+fn quadruples_are_mixed_and_compared_alike() {
+    #[target_feature(enable = "avx2")]
+    fn avx2(k: Mixed<f64>) -> MixedResult<f64> {
+        k.run::<x86::Avx>()
+    }
+    Mixed::<f64>::check(&Mixed::<f64>::sample().run::<Plain<f64>>());
+    Mixed::<f64>::check(&Mixed::<f64>::sample().run::<x86::Sse2>());
+    Mixed::<f32>::check(&Mixed::<f32>::sample().run::<Plain<f32>>());
+    Mixed::<f32>::check(&Mixed::<f32>::sample().run::<x86::Sse>());
+    if widest() != InstructionSet::Baseline {
+        // SAFETY: AVX2 was just detected (a processor with AVX-512 has it).
+        Mixed::<f64>::check(&unsafe { avx2(Mixed::<f64>::sample()) });
+    }
+}

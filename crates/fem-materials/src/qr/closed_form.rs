@@ -60,7 +60,8 @@ impl<T: Real> Coefficients<T> {
         let rest = RestMeasures::new(F);
         let j = rest.J_minus_1;
         let mut psi = self.mu * (rest.E.trace() - j) + half * self.lambda * j * j;
-        for strand in self.strands(F, &rest) {
+        for axis in 0..D - 1 {
+            let strand = self.strand(F, &rest, axis);
             psi += half * strand.k * strand.extension * strand.extension;
         }
         psi
@@ -71,7 +72,8 @@ impl<T: Real> Coefficients<T> {
     pub fn stress<const D: usize>(&self, F: &Mat<T, D>) -> Mat<T, D> {
         let rest = RestMeasures::new(F);
         let mut P = F.scale(self.mu) + F.cofactor().scale(self.lambda * rest.J_minus_1 - self.mu);
-        for strand in self.strands(F, &rest) {
+        for axis in 0..D - 1 {
+            let strand = self.strand(F, &rest, axis);
             let pull = strand.k * strand.extension;
             for i in 0..D {
                 P.0[i][strand.axis] += pull * strand.u[i];
@@ -89,7 +91,8 @@ impl<T: Real> Coefficients<T> {
             + cof.scale(self.lambda * cof.dot(dF))
             + F.cofactor_differential(dF)
                 .scale(self.lambda * rest.J_minus_1 - self.mu);
-        for strand in self.strands(F, &rest) {
+        for axis in 0..D - 1 {
+            let strand = self.strand(F, &rest, axis);
             let w = dF.column(strand.axis);
             let along = dot(strand.u, w);
             let across = strand.k * strand.extension * strand.inverse_length;
@@ -134,29 +137,31 @@ impl<T: Real> Coefficients<T> {
         self.add_fibers(isotropic, F, &rest, filter)
     }
 
+    /// The fiber along an axis. A function and not a closure, which would stay outside the kernel that
+    /// calls it twice.
     #[inline(always)]
-    fn strands<const D: usize>(
+    fn strand<const D: usize>(
         &self,
         F: &Mat<T, D>,
         rest: &RestMeasures<T, D>,
-    ) -> impl Iterator<Item = Strand<T, D>> {
-        let strand = |axis: usize, k: T| {
-            let v = F.column(axis);
-            let (square, tiny) = (dot(v, v), T::from_f64(1e-36));
-            let length = T::select(square.lt(tiny), tiny, square).sqrt();
-            let inverse_length = length.recip();
-            Strand {
-                axis,
-                k,
-                u: v.map(|x| x * inverse_length),
-                inverse_length,
-                // |F e|² − 1 = 2 E_ee
-                extension: T::from_f64(2.0) * rest.E.0[axis][axis] / (length + T::one()),
-            }
-        };
-        [strand(0, self.kx), strand(1, self.ky)]
-            .into_iter()
-            .take(D - 1)
+        axis: usize,
+    ) -> Strand<T, D> {
+        let v = F.column(axis);
+        let (square, tiny) = (dot(v, v), T::from_f64(1e-36));
+        let length = T::select(square.lt(tiny), tiny, square).sqrt();
+        let inverse_length = length.recip();
+        let mut u = v;
+        for x in &mut u {
+            *x *= inverse_length;
+        }
+        Strand {
+            axis,
+            k: if axis == 0 { self.kx } else { self.ky },
+            u,
+            inverse_length,
+            // |F e|² − 1 = 2 E_ee
+            extension: T::from_f64(2.0) * rest.E.0[axis][axis] / (length + T::one()),
+        }
     }
 
     #[inline(always)]
@@ -167,7 +172,8 @@ impl<T: Real> Coefficients<T> {
         rest: &RestMeasures<T, D>,
         filter: HessianProjection,
     ) -> Tensor4<T, D> {
-        for strand in self.strands(F, rest) {
+        for axis in 0..D - 1 {
+            let strand = self.strand(F, rest, axis);
             let across = filter.eigenvalue(strand.k * strand.extension * strand.inverse_length);
             let along = filter.eigenvalue(strand.k);
             let block = &mut derivative.0[strand.axis][strand.axis];
