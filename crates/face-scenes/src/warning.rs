@@ -2,7 +2,9 @@
 
 use super::Scene;
 use super::check::{CheckReport, MeshReport, MuscleReport};
+use super::material::Region;
 use face_rig::anatomy::Side;
+use fem_materials::Lame;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
@@ -38,6 +40,11 @@ pub enum Warning {
     HingeReversed,
     /// A region that resists no change of shape.
     NoShearModulus {
+        /// Its name.
+        region: String,
+    },
+    /// A region that resists nothing.
+    NoStiffness {
         /// Its name.
         region: String,
     },
@@ -124,6 +131,11 @@ impl fmt::Display for Warning {
                 f,
                 "region {region} has a shear modulus of 0 at rest: nothing but its muscles and neighbors \
                  holds its shape"
+            ),
+            Self::NoStiffness { region } => write!(
+                f,
+                "region {region} has no stiffness at all (its moduli are 0 at rest): its flesh keeps any shape \
+                 it is given; give it a Young's modulus above 0 Pa"
             ),
             Self::TouchBothBones { tets } => write!(
                 f,
@@ -255,11 +267,17 @@ impl Warnings {
     }
 
     fn flesh(&mut self, scene: &Scene) {
-        for region in &scene.regions {
-            let rest = region.material.at_rest();
-            self.add(rest.is_ok_and(|lame| lame.mu == 0.0), || {
-                let region = region.name.clone();
+        for Region { name, material, .. } in &scene.regions {
+            let Ok(Lame { mu, lambda }) = material.at_rest() else {
+                continue;
+            };
+            let region = name.clone();
+            self.add(mu == 0.0 && lambda != 0.0, || {
+                let region = region.clone();
                 Warning::NoShearModulus { region }
+            });
+            self.add(mu == 0.0 && lambda == 0.0, || Warning::NoStiffness {
+                region,
             });
         }
     }
@@ -311,7 +329,13 @@ mod tests {
     fn a_reversed_hinge_and_flesh_without_stiffness_are_told() {
         let mut scene = Scene::builtin(5_000).expect("a face");
         let told = |scene: &Scene| check(scene).warnings;
-        let is = |w: &Warning| matches!(w, Warning::HingeReversed | Warning::NoShearModulus { .. });
+        let is = |w: &Warning| {
+            let flesh = matches!(
+                w,
+                Warning::NoShearModulus { .. } | Warning::NoStiffness { .. }
+            );
+            flesh || *w == Warning::HingeReversed
+        };
         assert!(!told(&scene).iter().any(is), "{:?}", told(&scene));
         let hinge = scene.joint.hinge();
         let (point, axis) = (hinge.point(), hinge.axis().map(|a| -a));
@@ -322,8 +346,20 @@ mod tests {
         scene.regions[0].material =
             NamedMaterial::new("neo_hookean", [("mu", 0.0), ("lambda", 1e5)]);
         let found: Vec<Warning> = told(&scene).into_iter().filter(is).collect();
-        let wanted = [Warning::HingeReversed, Warning::NoShearModulus { region }];
-        assert_eq!(found, wanted);
+        let fluid = Warning::NoShearModulus {
+            region: region.clone(),
+        };
+        assert_eq!(found, [Warning::HingeReversed, fluid]);
+        for (mu, wanted) in [(0.0, true), (1e-3, false)] {
+            scene.regions[0].material =
+                NamedMaterial::new("neo_hookean", [("mu", mu), ("lambda", 0.0)]);
+            let limp = Warning::NoStiffness {
+                region: region.clone(),
+            };
+            let found: Vec<Warning> = told(&scene).into_iter().filter(is).collect();
+            assert_eq!(found.contains(&limp), wanted, "{found:?}");
+            assert_eq!(found.len(), 1 + usize::from(wanted), "{found:?}");
+        }
     }
 
     #[test]

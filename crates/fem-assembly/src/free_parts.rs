@@ -10,8 +10,11 @@ pub struct FreePart<const D: usize> {
     pub nodes: usize,
     /// The first of them, in the mesh's numbering.
     pub first_node: usize,
-    /// Does a term couple it to anything? Not a node of no element.
+    /// A node that no term couples to anything: it belongs to no element.
     pub alone: bool,
+    /// No term gives it any stiffness, as flesh whose moduli are all 0: then what it is coupled with
+    /// does not hold it, and its nodes move apart as freely as together.
+    pub limp: bool,
     /// Independent motions; D (D + 1)/2 of a part that nothing holds, D of a single node.
     pub motions: Vec<RigidMotion<D>>,
 }
@@ -134,7 +137,7 @@ impl<const D: usize> Assembly<D> {
     /// touched does not either; a stressed part that only turns counts as held.
     ///
     /// Nodes hang together where a term couples them; a prescribed node holds what is coupled to it but
-    /// does not pass the hold on.
+    /// does not pass the hold on. A part without any stiffness is among them wherever it is prescribed.
     pub fn free_motions(&self, at: Configuration<D>) -> Vec<FreePart<D>> {
         let (part_of, anchors) = self.parts();
         let mut nodes: Vec<Vec<usize>> = vec![Vec::new(); self.rest.len()];
@@ -185,6 +188,8 @@ impl<const D: usize> Assembly<D> {
         anchors: &[usize],
     ) -> Option<FreePart<D>> {
         let x = at.positions();
+        let limp = self.is_limp(at, nodes);
+        let anchors = if limp { &[] } else { anchors };
         let frame = Frame::of(nodes.iter().chain(anchors).map(|&n| x[n]));
         let prescribed = self.prescribed_axes(nodes, anchors);
         let count = Frame::<D>::MOTIONS;
@@ -205,12 +210,29 @@ impl<const D: usize> Assembly<D> {
         let kept = null_space(gram, count, 1.0);
         let free = self.without_stiffness(at, nodes, &frame, kept);
         let coupled = |s: &crate::plan::Summand<D>| s.stencils.nodes.contains(&nodes[0]);
-        (!free.is_empty()).then(|| FreePart {
+        let alone = nodes.len() == 1 && !self.summands.iter().any(coupled);
+        (limp || !free.is_empty()).then(|| FreePart {
             nodes: nodes.len(),
             first_node: nodes[0],
-            alone: nodes.len() == 1 && !self.summands.iter().any(coupled),
+            alone,
+            limp: limp && !alone,
             motions: free.iter().map(|w| frame.name(w)).collect(),
         })
+    }
+
+    /// Do displacements of these nodes meet no force at all? Asked with uneven ones, which no sum of
+    /// stiffnesses that are not 0 cancels.
+    fn is_limp(&self, at: Configuration<D>, nodes: &[usize]) -> bool {
+        let mut u = vec![[0.0; D]; self.rest.len()];
+        for &node in nodes {
+            let uneven =
+                |k: usize| (0.618_033_988_749_895 * (node * D + k + 1) as f64).fract() - 0.5;
+            u[node] = std::array::from_fn(uneven);
+        }
+        let forces = self.hessian_vector_everywhere(at, &u);
+        nodes
+            .iter()
+            .all(|&node| forces[node].iter().all(|f| *f == 0.0))
     }
 
     /// (node, axis) of every prescribed coordinate that a part feels.
@@ -352,6 +374,7 @@ impl<const D: usize> std::fmt::Display for FreePart<D> {
             nodes,
             first_node,
             alone,
+            limp,
             motions,
         } = self;
         let count = motions.len();
@@ -359,6 +382,13 @@ impl<const D: usize> std::fmt::Display for FreePart<D> {
             return write!(
                 f,
                 "node {first_node} belongs to no element, and nothing holds it"
+            );
+        }
+        if *limp {
+            return write!(
+                f,
+                "component of {nodes} nodes (node {first_node} among them) has no stiffness at all, as \
+                 where all moduli are 0: nothing holds it"
             );
         }
         write!(

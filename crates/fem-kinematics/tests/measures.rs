@@ -335,18 +335,11 @@ fn every_function_of_a_dual_number_carries_its_derivative() {
     assert_eq!(Dual::new(-2.0, 3.0).abs(), Dual::new(2.0, -3.0));
 }
 
-/// dλ = vᵀ dA v, of nine rows as projections of Hessians have them.
+/// dλ = vᵀ dA v and d(V Λ Vᵀ) = dA, of nine rows as projections of Hessians have them; also where A is
+/// diagonal already and only dA is not.
 #[test]
 fn eigenvalues_of_dual_matrices_carry_their_derivatives() {
-    fn check<const N: usize>() {
-        let mut random = Random(31);
-        let mut symmetric = || {
-            let raw: [[f64; N]; N] =
-                std::array::from_fn(|_| std::array::from_fn(|_| random.unit()));
-            let entry = |i: usize, j: usize| 0.5 * (raw[i][j] + raw[j][i]);
-            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
-        };
-        let (A, dA): ([[f64; N]; N], [[f64; N]; N]) = (symmetric(), symmetric());
+    fn hold<const N: usize>(A: [[f64; N]; N], dA: [[f64; N]; N]) {
         let dual: [[Dual<f64>; N]; N] =
             std::array::from_fn(|i| std::array::from_fn(|j| Dual::new(A[i][j], dA[i][j])));
         let (values, V) = jacobi_eigen(&dual);
@@ -359,6 +352,27 @@ fn eigenvalues_of_dual_matrices_carry_their_derivatives() {
             assert!((values[k].value - product(&A)).abs() < 1e-13, "{N}");
             assert!((values[k].derivative - product(&dA)).abs() < 1e-11, "{N}");
         }
+        for (i, j) in (0..N * N).map(|n| (n / N, n % N)) {
+            let mut sum = Dual::new(0.0, 0.0);
+            (0..N).for_each(|k| sum += V[i][k] * values[k] * V[j][k]);
+            assert!((sum.derivative - dA[i][j]).abs() < 1e-11, "{N}: {i} {j}");
+        }
+    }
+    fn check<const N: usize>() {
+        let mut random = Random(31);
+        let mut symmetric = || {
+            let raw: [[f64; N]; N] =
+                std::array::from_fn(|_| std::array::from_fn(|_| random.unit()));
+            let entry = |i: usize, j: usize| 0.5 * (raw[i][j] + raw[j][i]);
+            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+        };
+        let (A, dA): ([[f64; N]; N], [[f64; N]; N]) = (symmetric(), symmetric());
+        hold(A, dA);
+        let diagonal = |i: usize, j: usize| if i == j { 1.0 + i as f64 } else { 0.0 };
+        hold(
+            std::array::from_fn(|i| std::array::from_fn(|j| diagonal(i, j))),
+            dA,
+        );
     }
     check::<3>();
     check::<4>();

@@ -51,8 +51,9 @@ pub enum RigError {
         /// Its unit.
         unit: f64,
     },
-    /// A part of the flesh that no bone and no term holds: it has no equilibrium to find.
-    #[error("{0}; fix it to a bone, or take it out of the mesh")]
+    /// A part of the flesh that no bone and no term holds, or without any stiffness: it has no
+    /// equilibrium to find.
+    #[error("{0}; {cure}, or take it out of the mesh", cure = cure(.0))]
     Free(FreePart<3>),
     /// An element that the bones alone move leaves the domain of its material: no flesh can give way.
     #[error(
@@ -151,5 +152,13 @@ impl From<RenewingError<3>> for PartError {
             RenewingError::Newton { source, .. } => Self::Newton(source),
             error => Self::Renewing(Box::new(error)),
         }
+    }
+}
+
+fn cure(part: &FreePart<3>) -> &'static str {
+    if part.limp {
+        "give it a modulus above 0 Pa"
+    } else {
+        "fix it to a bone"
     }
 }

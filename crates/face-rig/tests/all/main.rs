@@ -5,4 +5,5 @@ mod contact;
 mod controls;
 mod counted;
 mod derivatives;
+mod limp;
 mod weights;

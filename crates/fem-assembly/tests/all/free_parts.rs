@@ -130,3 +130,28 @@ fn springs_hold_what_they_pull_back() {
     assert_eq!(free(&at(&mesh, |p| p[0] == 1.0 && p[1] == 0.5)), 1);
     assert_eq!(free(&at(&mesh, |p| p[0] == 1.0)), 0);
 }
+
+/// Moduli of 0 hold nothing, however much is prescribed; any one of them above 0 holds.
+#[test]
+fn flesh_without_stiffness_is_named_and_flesh_with_any_is_not() {
+    let mesh = block();
+    let held = at(&mesh, |p| p[2] == 0.0);
+    let parts = |mu: f64, lambda: f64| {
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+        let flesh = NeoHookean { mu, lambda };
+        let assembly = builder.material(flesh).unwrap().build().unwrap();
+        let at = assembly.configuration(mesh.nodes(), &[]).unwrap();
+        assembly.free_motions(at)
+    };
+    let limp = parts(0.0, 0.0);
+    let [part] = &limp[..] else {
+        panic!("{limp:?}");
+    };
+    assert!(part.limp && !part.alone);
+    assert_eq!((part.nodes, part.motions.len()), (18, 6));
+    assert!(part.to_string().contains("no stiffness at all"), "{part}");
+    for (mu, lambda) in [(0.0, 1e-200), (1e-200, 0.0), (1e4, 1e5)] {
+        assert!(parts(mu, lambda).is_empty(), "{mu:e} {lambda:e}");
+    }
+}

@@ -77,3 +77,51 @@ impl Damper {
         self.lambda = (EASE * self.lambda).max(1e-15);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Damper, Damping, Model};
+
+    /// Two columns, of which the second is zero.
+    fn model(j: &[f64; 4]) -> Model<'_> {
+        let (m, n, r, prior) = (2, 2, &[1.0, 1.0], None);
+        Model { m, n, r, j, prior }
+    }
+
+    #[test]
+    fn a_parameter_without_any_effect_is_damped_all_the_same() {
+        let j = [2.0, 0.0, 0.0, 0.0];
+        let mut relative = Damper::new(Damping::Marquardt { initial: 0.5 });
+        let added = relative.vector(&model(&j));
+        assert_eq!(added, Some(vec![0.5 * 4.0, 0.5 * 1e-12 * 4.0]));
+        let mut absolute = Damper::new(Damping::Levenberg { initial: 0.5 });
+        assert_eq!(absolute.vector(&model(&j)), Some(vec![2.0; 2]));
+        // Nothing has an effect: the unit is 1.
+        let mut relative = Damper::new(Damping::Marquardt { initial: 0.5 });
+        let added = relative.vector(&model(&[0.0; 4]));
+        assert_eq!(added, Some(vec![0.5e-12; 2]));
+    }
+
+    #[test]
+    fn what_says_nothing_is_damped_a_thousandth_and_never_by_nothing() {
+        let mut damper = Damper::new(Damping::Marquardt { initial: 8.0 });
+        damper.vector(&model(&[1.0; 4]));
+        damper.ease();
+        assert!((damper.lambda - 8e-3).abs() < 1e-18);
+        (0..9).for_each(|_| damper.ease());
+        assert_eq!(damper.lambda, 1e-15);
+    }
+
+    /// A step damped more than one that failed may be short for that alone; one damped less is not.
+    #[test]
+    fn where_a_trial_failed_is_forgotten_once_less_damping_succeeds() {
+        let mut damper = Damper::new(Damping::Marquardt { initial: 2.0 });
+        damper.vector(&model(&[1.0; 4]));
+        damper.failed_at = Some(1.0);
+        damper.accept(1.0);
+        assert!(damper.cuts_short(5.0) && !damper.cuts_short(0.5));
+        assert!(damper.lambda < 1.0, "{}", damper.lambda);
+        damper.accept(1.0);
+        assert!(!damper.cuts_short(5.0));
+    }
+}

@@ -74,6 +74,30 @@ pub(super) fn search<const D: usize>(
     None
 }
 
+/// The whole step where no share of it was found good: an energy that is a small difference of large
+/// sums says nothing about steps that change it by less than `rounding`, and the gradient decides
+/// alone. It must halve.
+pub(super) fn by_gradient<const D: usize>(
+    problem: &(impl NonlinearProblem<D> + ?Sized),
+    start: &Start<'_>,
+    rounding: f64,
+    trial: &mut [f64],
+    gradient: &mut [f64],
+) -> Option<Accepted> {
+    let t = problem.largest_step(start.x, start.direction).min(1.0);
+    for ((trial, x), d) in trial.iter_mut().zip(start.x).zip(start.direction) {
+        *trial = x + t * d;
+    }
+    let energy = problem.energy_and_gradient(trial, gradient);
+    let halves = norm(gradient) <= 0.5 * norm(start.gradient);
+    (t > 0.0 && energy - start.energy <= rounding && halves).then_some(Accepted {
+        t,
+        energy,
+        evaluations: 1,
+        clear: false,
+    })
+}
+
 /// A point on the search line.
 struct Trial<'a> {
     t: f64,

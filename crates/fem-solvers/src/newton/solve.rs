@@ -1,6 +1,6 @@
 //! The Newton loop.
 
-use super::line_search::{Accepted, Start, search};
+use super::line_search::{Accepted, Start, by_gradient, search};
 use super::repair::{Direction, Workspace};
 use super::shift::{ShareRule, Shift};
 use super::target::Target;
@@ -299,13 +299,13 @@ impl<'d, const D: usize> Newton<'d, D> {
             energy: state.energy,
             energy_scale: state.energy_scale,
         };
-        let Some(accepted) = search(
-            problem,
-            &start,
-            &params.line_search,
-            &mut state.trial,
-            &mut state.trial_gradient,
-        ) else {
+        let (trial, gradient) = (&mut state.trial, &mut state.trial_gradient);
+        let accepted =
+            search(problem, &start, &params.line_search, trial, gradient).or_else(|| {
+                let rounding = self.energy_rounding(problem, x);
+                by_gradient(problem, &start, rounding, trial, gradient)
+            });
+        let Some(accepted) = accepted else {
             let slope = dot(&state.gradient, &direction.dx);
             return Err(NewtonFailure::LineSearchFailed { slope });
         };
@@ -406,13 +406,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         target: &Target,
     ) -> bool {
         let own = problem.gradient_rounding(x);
-        let moved = match &mut self.workspace.matrix {
-            Some(matrix) => {
-                problem.hessian(x, HessianProjection::None, matrix);
-                matrix.absolute_product(x)
-            }
-            None => vec![0.0; x.len()],
-        };
+        let moved = self.moved_by_rounding(problem, x);
         state
             .gradient
             .iter()
@@ -425,6 +419,32 @@ impl<'d, const D: usize> Newton<'d, D> {
                 let floor = if floor >= own { floor } else { own };
                 target.allows(i, *g) || (floor < f64::INFINITY && g.abs() <= floor)
             })
+    }
+
+    /// `Σ_j |K_ij| |x_j|` of the exact Hessian at `x`; zeros without a matrix.
+    fn moved_by_rounding(
+        &mut self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+    ) -> Vec<f64> {
+        match &mut self.workspace.matrix {
+            Some(matrix) => {
+                problem.hessian(x, HessianProjection::None, matrix);
+                matrix.absolute_product(x)
+            }
+            None => vec![0.0; x.len()],
+        }
+    }
+
+    /// A few `ε |x|ᵀ |K| |x|`: the rounding of an energy whose terms are as large as stiffness times squared
+    /// positions. 0 where the merit is none, or without a matrix.
+    fn energy_rounding(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized), x: &[f64]) -> f64 {
+        if problem.merit() != Merit::Energy {
+            return 0.0;
+        }
+        let moved = self.moved_by_rounding(problem, x);
+        let terms = x.iter().zip(&moved).map(|(x, moved)| x.abs() * moved);
+        ROUNDING_UNITS * f64::EPSILON * terms.sum::<f64>()
     }
 
     fn check(

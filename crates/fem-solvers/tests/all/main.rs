@@ -10,6 +10,7 @@ mod newton;
 mod one_sided;
 mod pcg;
 mod rosenbrock;
+mod rounded_energy;
 mod strangers;
 mod walled;
 mod watch;

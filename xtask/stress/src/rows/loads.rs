@@ -89,7 +89,7 @@ pub fn rows() -> Vec<Row> {
         row(
             "load-squash-5-percent-at-once-log",
             "squashed to 5 % at once",
-            Expected::ErrorAfter("NewtonFailure::NotConverged", 400),
+            Expected::ErrorAfter("NewtonFailure::LineSearchFailed", 200),
             LOGARITHMIC,
             way(0.0, 0.05, 1),
         )

@@ -78,6 +78,21 @@ pub fn rows() -> Vec<Row> {
         ),
         Row::new(
             "input",
+            "input-zero-moduli-named",
+            "moduli of 0: named before a solve",
+            Expected::Property,
+            |_| {
+                let body = without_shear(0.0)?;
+                let assembly = body.assembly()?;
+                let rest = assembly.configuration(body.mesh().nodes(), &[])?;
+                match assembly.free_motions(rest).as_slice() {
+                    [part] if part.limp => Ok(Evidence::holds(part.to_string())),
+                    parts => Err(Failure::lie(format!("{parts:?}"))),
+                }
+            },
+        ),
+        Row::new(
+            "input",
             "input-fluid",
             "a shear modulus of 0: any shape of its volume is at rest",
             Expected::Answer,
@@ -155,9 +170,13 @@ fn block(model: &str) -> Result<Body, Failure> {
 }
 
 /// No shear modulus: rest is not one shape.
-fn soft(lambda: f64, settings: &Settings) -> Result<Evidence, Failure> {
+fn without_shear(lambda: f64) -> Result<Body, Failure> {
     let flesh = Named::new("neo_hookean", &[("mu", 0.0), ("lambda", lambda)]);
-    let body = Body::block([2; 3], [1.0; 3], flesh)?.holding(|p| p[2] == 0.0);
+    Ok(Body::block([2; 3], [1.0; 3], flesh)?.holding(|p| p[2] == 0.0))
+}
+
+fn soft(lambda: f64, settings: &Settings) -> Result<Evidence, Failure> {
+    let body = without_shear(lambda)?;
     let pulled = |p: [f64; 3]| [p[0], p[1], 1.1 * p[2]];
     Ok(body
         .solve(body.placed(|p| p, pulled), settings, 100)?

@@ -115,7 +115,7 @@ fn neighbors(ratio: f64, solver: &str, settings: &Settings) -> Result<Evidence, 
         cube % 2
     };
     let body = body.of_parts(part, vec![soft, hard]);
-    let mut params = settings.newton(400);
+    let mut params = settings.newton(if solver == "pcg" { 600 } else { 400 });
     params.linear_solver = match solver {
         "direct" => LinearSolver::Direct,
         "single" => LinearSolver::DirectSingle,

@@ -1,0 +1,78 @@
+//! An energy that is a small difference of large numbers: near its minimum it is all rounding, its
+//! gradient is not.
+
+use fem_solvers::{
+    BlockPattern, BlockSymmetric, HessianProjection, Newton, NewtonFailure, NewtonParams,
+    NonlinearProblem,
+};
+use std::sync::Arc;
+
+/// Where the minimum lies.
+const MIDDLE: f64 = 1000.1;
+
+/// k (cosh d − 1) with d = x − MIDDLE, of which d²/2 is written as the sum of its three products;
+/// `aside` gives the gradient of another energy, whose minimum lies so far off.
+struct Cancelling {
+    pattern: Arc<BlockPattern>,
+    stiffness: f64,
+    aside: f64,
+}
+
+fn cancelling(stiffness: f64, aside: f64) -> Cancelling {
+    let pattern = BlockPattern::from_adjacency(1, []).unwrap();
+    Cancelling {
+        pattern: Arc::new(pattern),
+        stiffness,
+        aside,
+    }
+}
+
+impl NonlinearProblem<1> for Cancelling {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        let (x, d) = (x[0], x[0] - MIDDLE);
+        let square = x * x - 2.0 * MIDDLE * x + MIDDLE * MIDDLE;
+        self.stiffness * (0.5 * square + (d.cosh() - 1.0 - 0.5 * d * d))
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g[0] = self.stiffness * (x[0] - MIDDLE - self.aside).sinh();
+    }
+    fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
+        out.values_mut()[0] = [[self.stiffness * (x[0] - MIDDLE - self.aside).cosh()]];
+    }
+}
+
+#[test]
+fn a_gradient_that_halves_leads_on_where_the_energy_is_all_rounding() {
+    let params = NewtonParams::default();
+    for stiffness in [1e-3, 1.0, 1e7] {
+        let problem = cancelling(stiffness, 0.0);
+        for k in 1..=200 {
+            let start = 1e-6 * f64::from(k);
+            let mut x = [MIDDLE + start];
+            let solved = Newton::new(&problem).solve(&problem, &mut x, &params);
+            assert!(solved.is_ok(), "{stiffness:e} {start:e}: {solved:?}");
+            assert!((x[0] - MIDDLE).abs() < 1e-9, "{stiffness:e}: {x:?}");
+        }
+    }
+}
+
+/// What leads uphill by more than rounding is no step, however its gradient falls.
+#[test]
+fn a_gradient_of_another_energy_leads_nowhere() {
+    let problem = cancelling(1.0, 1.0);
+    let mut x = [MIDDLE + 0.5];
+    let error = Newton::new(&problem)
+        .solve(&problem, &mut x, &NewtonParams::default())
+        .unwrap_err();
+    assert!(
+        matches!(error.reason, NewtonFailure::LineSearchFailed { .. }),
+        "{error}"
+    );
+    assert!((x[0] - MIDDLE - 0.5).abs() < 1e-9, "{x:?}");
+}
