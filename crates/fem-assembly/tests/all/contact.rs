@@ -327,7 +327,7 @@ fn a_pair_that_looks_disagree_about_stays() {
     // It faces away aside, and is dropped there; the third dispute keeps it, so that it settles.
     let found = [&touching, &aside, &touching, &aside].map(|x| ends(&mut contact, x));
     assert_eq!(found, [1, 0, 1, 1]);
-    // Clearly away it is dropped even so, until it has come and gone eight times.
+    // Clearly away it is dropped even so, until the eighth dispute.
     for _ in 0..4 {
         let found = [&away, &touching].map(|x| ends(&mut contact, x));
         assert_eq!(found, [0, 1]);

@@ -3,7 +3,7 @@
 use super::line_search::{Accepted, Start, by_gradient, search};
 use super::repair::{Direction, Workspace};
 use super::shift::{ShareRule, Shift};
-use super::target::Target;
+use super::target::{Target, Targets};
 use super::{
     DescentDirection, HessianProjection, Merit, NewtonError, NewtonFailure, NewtonInfo,
     NewtonIteration, NewtonParams, NonlinearProblem, ProjectionPolicy, StopReason, Watch,
@@ -219,7 +219,8 @@ impl<'d, const D: usize> Newton<'d, D> {
         let start = state.info.gradient_norm;
         self.workspace.shift = Shift::default();
         let mut forcing = Forcing::default();
-        let mut target = Target::at(problem, params, x, start);
+        let targets = Targets::new(problem, params, x.len(), start);
+        let mut target = targets.at(problem, x);
         let met = target.met_by(&state.gradient);
         // Without a step: what starts at its own solution has nothing to gain from one.
         let rounding = met.is_none() && self.is_rounding(problem, x, state, &target);
@@ -237,7 +238,6 @@ impl<'d, const D: usize> Newton<'d, D> {
             self.workspace.shift = Shift::FAR;
         }
         let mut last = NewtonIteration::start(state);
-        let largest = Target::largest(problem, params, x.len());
         loop {
             if self.watch.as_ref().is_some_and(|watch| watch.ends(&last)) {
                 return Err(NewtonFailure::Cancelled);
@@ -245,22 +245,14 @@ impl<'d, const D: usize> Newton<'d, D> {
             let eta = forcing.next(norm(&state.gradient), target.remaining(&state.gradient));
             let step = match self.step(problem, x, eta, params, state) {
                 Ok(step) => step,
-                Err(failure) => {
-                    target = Target::at(problem, params, x, start);
-                    let rounding = self.is_rounding(problem, x, state, &target);
-                    return rounding.then_some(StopReason::Rounding).ok_or(failure);
+                Err(_) if self.is_rounding(problem, x, state, &targets.at(problem, x)) => {
+                    return Ok(StopReason::Rounding);
                 }
+                Err(failure) => return Err(failure),
             };
             observer(&step.report);
             last = step.report;
-            // Far from the end the largest target that can be says so, and costs nothing.
-            let far = largest
-                .as_ref()
-                .filter(|l| l.met_by(&state.gradient).is_none());
-            target = match far {
-                Some(largest) if !step.stalled => largest.clone(),
-                _ => Target::at(problem, params, x, start),
-            };
+            target = targets.after_step(problem, x, &state.gradient, step.stalled);
             if let Some(stop) = target.met_by(&state.gradient) {
                 if !leaves_saddle || step.stalled || self.is_minimum(problem, x, params, state) {
                     return Ok(stop);

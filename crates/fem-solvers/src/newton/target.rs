@@ -17,34 +17,64 @@ enum Relative {
     Each(Vec<f64>),
 }
 
-impl Target {
-    /// At `x`; `start` is the largest entry of the gradient at the start.
-    pub fn at<const D: usize>(
+/// The targets of one solve.
+pub(super) struct Targets<'a> {
+    params: &'a NewtonParams,
+    /// The largest entry of the gradient at the start.
+    start: f64,
+    /// What none of them exceeds, where the problem knows.
+    largest: Option<Target>,
+}
+
+impl<'a> Targets<'a> {
+    pub fn new<const D: usize>(
         problem: &(impl NonlinearProblem<D> + ?Sized),
-        params: &NewtonParams,
-        x: &[f64],
+        params: &'a NewtonParams,
+        unknowns: usize,
         start: f64,
     ) -> Self {
+        let scales = is_asked(params).then(|| problem.largest_gradient_scales());
+        Self {
+            params,
+            start,
+            largest: Target::of_scales(params, scales.flatten(), unknowns),
+        }
+    }
+
+    /// At `x`.
+    pub fn at<const D: usize>(
+        &self,
+        problem: &(impl NonlinearProblem<D> + ?Sized),
+        x: &[f64],
+    ) -> Target {
+        let params = self.params;
         // The problem has to evaluate something to tell, so it is asked only if it matters.
         let scales = is_asked(params).then(|| problem.gradient_scales(x));
-        Self::of_scales(params, scales.flatten(), x.len()).unwrap_or(Self {
+        Target::of_scales(params, scales.flatten(), x.len()).unwrap_or_else(|| Target {
             absolute: params.gradient_tolerance,
             relative: Relative::Same(
-                params.relative_gradient_tolerance * params.reference.unwrap_or(start),
+                params.relative_gradient_tolerance * params.reference.unwrap_or(self.start),
             ),
         })
     }
 
-    /// What no [`Target::at`] exceeds, where the problem knows.
-    pub fn largest<const D: usize>(
+    /// After a step: far from the end the largest target that can be says so, and costs nothing.
+    pub fn after_step<const D: usize>(
+        &self,
         problem: &(impl NonlinearProblem<D> + ?Sized),
-        params: &NewtonParams,
-        unknowns: usize,
-    ) -> Option<Self> {
-        let scales = is_asked(params).then(|| problem.largest_gradient_scales());
-        Self::of_scales(params, scales.flatten(), unknowns)
+        x: &[f64],
+        gradient: &[f64],
+        stalled: bool,
+    ) -> Target {
+        let far = |largest: &&Target| largest.met_by(gradient).is_none();
+        match self.largest.as_ref().filter(far) {
+            Some(largest) if !stalled => largest.clone(),
+            _ => self.at(problem, x),
+        }
     }
+}
 
+impl Target {
     fn of_scales(params: &NewtonParams, scales: Option<Vec<f64>>, unknowns: usize) -> Option<Self> {
         let usable = |s: &Vec<f64>| s.len() == unknowns && s.iter().all(|s| s.is_finite());
         let mut scales = scales.filter(usable)?;

@@ -11,6 +11,7 @@ mod one_sided;
 mod pcg;
 mod rosenbrock;
 mod rounded_energy;
+mod scales;
 mod strangers;
 mod walled;
 mod watch;

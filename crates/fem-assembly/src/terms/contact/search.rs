@@ -117,8 +117,14 @@ impl Search {
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
         self.triangle_tree.fit(&self.surface.triangle_boxes(way));
-        let boxes = self.surface.edge_boxes(way);
-        self.edge_tree.fit(&boxes);
+        let boxes = if self.params.edges {
+            self.surface.edge_boxes(way)
+        } else {
+            Vec::new()
+        };
+        if self.params.edges {
+            self.edge_tree.fit(&boxes);
+        }
         let search = &*self;
         let positions = &way.from;
         let look = Look {
@@ -147,8 +153,7 @@ impl Search {
             own
         };
         let points: Vec<Vec<T>> = map(self.surface.points.iter().collect(), of_point);
-        let looked = if self.params.edges { boxes.len() } else { 0 };
-        let edges: Vec<Vec<T>> = map(boxes[..looked].iter().enumerate().collect(), of_edge);
+        let edges: Vec<Vec<T>> = map(boxes.iter().enumerate().collect(), of_edge);
         points.into_iter().chain(edges).flatten().collect()
     }
 
