@@ -87,7 +87,7 @@ pub fn rows() -> Vec<Row> {
         row(
             "contact-lips-crossed-deep",
             "the same, 0.2 of their height inside each other",
-            Expected::ErrorAfter("NewtonFailure::NotConverged", 400),
+            Expected::Error("RenewingError::Unsettled"),
             |s| lips(0.2, 0, s),
         )
         .long(),
