@@ -146,9 +146,11 @@ impl<const D: usize> Assembly<D> {
                 nodes[part].push(node);
             }
         }
+        let resisted = self.resistance(at);
+        let limp = |nodes: &[usize]| nodes.iter().all(|&n| resisted[n] == [0.0; D]);
         let parts = nodes.iter().zip(&anchors).filter(|(n, _)| !n.is_empty());
         parts
-            .filter_map(|(n, anchors)| self.free_part(at, n, anchors))
+            .filter_map(|(n, anchors)| self.free_part(at, n, anchors, limp(n)))
             .collect()
     }
 
@@ -186,9 +188,9 @@ impl<const D: usize> Assembly<D> {
         at: Configuration<D>,
         nodes: &[usize],
         anchors: &[usize],
+        limp: bool,
     ) -> Option<FreePart<D>> {
         let x = at.positions();
-        let limp = self.is_limp(at, nodes);
         let anchors = if limp { &[] } else { anchors };
         let frame = Frame::of(nodes.iter().chain(anchors).map(|&n| x[n]));
         let prescribed = self.prescribed_axes(nodes, anchors);
@@ -220,19 +222,16 @@ impl<const D: usize> Assembly<D> {
         })
     }
 
-    /// Do displacements of these nodes meet no force at all? Asked with uneven ones, which no sum of
-    /// stiffnesses that are not 0 cancels.
-    fn is_limp(&self, at: Configuration<D>, nodes: &[usize]) -> bool {
-        let mut u = vec![[0.0; D]; self.rest.len()];
-        for &node in nodes {
-            let uneven =
-                |k: usize| (0.618_033_988_749_895 * (node * D + k + 1) as f64).fract() - 0.5;
-            u[node] = std::array::from_fn(uneven);
-        }
-        let forces = self.hessian_vector_everywhere(at, &u);
-        nodes
-            .iter()
-            .all(|&node| forces[node].iter().all(|f| *f == 0.0))
+    /// What uneven displacements of all free nodes meet, newtons: no sum of stiffnesses that are not 0
+    /// cancels for them, so only a part without any meets nothing.
+    fn resistance(&self, at: Configuration<D>) -> Vec<[f64; D]> {
+        let uneven = |k: usize| (0.618_033_988_749_895 * (k + 1) as f64).fract() - 0.5;
+        let of = |node: usize| match self.dofs.row(node) {
+            Some(_) => std::array::from_fn(|axis| uneven(node * D + axis)),
+            None => [0.0; D],
+        };
+        let u: Vec<[f64; D]> = (0..self.rest.len()).map(of).collect();
+        self.hessian_vector_everywhere(at, &u)
     }
 
     /// (node, axis) of every prescribed coordinate that a part feels.

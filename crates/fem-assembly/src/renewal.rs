@@ -15,7 +15,7 @@ impl<const D: usize> Assembly<D> {
 
     /// Lets the next [`Assembly::renew`] depend on no configuration seen before.
     pub fn forget(&mut self) {
-        self.forgets = true;
+        self.forgets = self.changes();
         for summand in &mut self.summands {
             summand.term.forget();
         }

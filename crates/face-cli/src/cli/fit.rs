@@ -25,7 +25,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
     let scene = &source.scene;
     let targets = chosen(scene, &args.target)?;
     let mut out = Output::prepare(output)?;
-    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    let mut rig = out.phase("assembly", || scene.rig(RigParams::for_fits()))?;
     let map = parametrization(scene, args);
     let params = params(scene, args);
     let begin = Instant::now();

@@ -78,6 +78,19 @@ pub enum MultigridUse {
     Never,
 }
 
+impl RigParams {
+    /// For fits, which stop at thousandths of a millimeter: forces are balanced to 1e-7 of what the
+    /// flesh is strained by, 1e-9 otherwise. Newton's method converges quadratically, so that this
+    /// spares about one step of each equilibrium and leaves positions and derivatives good to seven
+    /// digits.
+    #[must_use]
+    pub fn for_fits() -> Self {
+        let mut params = Self::default();
+        params.newton.relative_gradient_tolerance = 1e-7;
+        params
+    }
+}
+
 impl Default for RigParams {
     fn default() -> Self {
         let newton = NewtonParams {

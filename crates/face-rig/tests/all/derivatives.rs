@@ -34,6 +34,11 @@ pub(super) fn rig() -> Rig {
     let mut params = RigParams::default();
     params.newton.gradient_tolerance = 1e-13;
     params.newton.relative_gradient_tolerance = 0.0;
+    rig_with(params)
+}
+
+/// The same, solved otherwise.
+pub(super) fn rig_with(params: RigParams) -> Rig {
     rig_of(params, 1.0, 1.0)
 }
 
