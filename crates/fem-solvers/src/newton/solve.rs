@@ -377,6 +377,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         if state.info.gradient_norm == 0.0 || problem.merit() != Merit::Energy {
             return true;
         }
+        self.workspace.follow(problem);
         let first = Forcing::FIRST;
         let found = self
             .workspace
@@ -419,6 +420,8 @@ impl<'d, const D: usize> Newton<'d, D> {
         problem: &(impl NonlinearProblem<D> + ?Sized),
         x: &[f64],
     ) -> Vec<f64> {
+        // A step that failed may have been prepared with another pattern.
+        self.workspace.follow(problem);
         match &mut self.workspace.matrix {
             Some(matrix) => {
                 problem.hessian(x, HessianProjection::None, matrix);

@@ -9,6 +9,7 @@ mod multigrid;
 mod newton;
 mod one_sided;
 mod pcg;
+mod prepared;
 mod rosenbrock;
 mod rounded_energy;
 mod scales;
