@@ -387,55 +387,6 @@ fn failures_say_where_and_leave_the_last_good_state() {
     assert!(outcome.is_ok_and(|i| i.gradient_norm == 0.0) || (x[0] - 1.0).abs() < 1e-10);
 }
 
-/// `x⁴/4 + x²/2 − x` with the minimum x³ + x = 1, which knows that a gradient of 1 is large.
-struct Quartic(Arc<BlockPattern>, Option<f64>);
-
-impl NonlinearProblem<1> for Quartic {
-    fn blocks(&self) -> usize {
-        1
-    }
-    fn pattern(&self) -> Option<Arc<BlockPattern>> {
-        Some(self.0.clone())
-    }
-    fn energy(&self, x: &[f64]) -> f64 {
-        0.25 * x[0].powi(4) + 0.5 * x[0] * x[0] - x[0]
-    }
-    fn gradient(&self, x: &[f64], g: &mut [f64]) {
-        g[0] = x[0].powi(3) + x[0] - 1.0;
-    }
-    fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
-        out.values_mut()[0] = [[3.0 * x[0] * x[0] + 1.0]];
-    }
-    fn gradient_scales(&self, _: &[f64]) -> Option<Vec<f64>> {
-        self.1.map(|scale| vec![scale])
-    }
-}
-
-#[test]
-fn a_start_far_away_does_not_loosen_the_tolerance_of_a_problem_that_knows_its_scale() {
-    let pattern = Arc::new(BlockPattern::from_adjacency(1, []).unwrap());
-    let solve = |scale, start, params: &NewtonParams| {
-        let problem = Quartic(pattern.clone(), scale);
-        let mut x = [start];
-        Newton::new(&problem)
-            .solve(&problem, &mut x, params)
-            .unwrap();
-        x[0]
-    };
-    let (minimum, default) = (0.682_327_803_828_019_3, NewtonParams::default());
-    assert!((solve(Some(1.0), 1e9, &default) - minimum).abs() < 1e-8);
-    // Relative to the start alone 1e27 · 1e-8 would do, and a reference of one's own still rules.
-    assert!((solve(None, 1e9, &default) - minimum).abs() > 1e3);
-    let own = NewtonParams {
-        reference: Some(1e27),
-        ..default
-    };
-    assert!((solve(Some(1.0), 1e9, &own) - minimum).abs() > 1e3);
-    // Nor does a start close by tighten it: what is good enough stays as it is.
-    assert_eq!(solve(Some(1.0), minimum + 1e-12, &default), minimum + 1e-12);
-    assert!((solve(Some(1e-4), minimum + 1e-12, &default) - minimum).abs() < 1e-12);
-}
-
 #[test]
 fn a_problem_without_unknowns_is_solved() {
     let problem = Rosenbrock::new(0, 0.0);

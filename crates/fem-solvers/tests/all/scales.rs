@@ -1,18 +1,33 @@
-//! What a gradient is measured against is asked for only where it matters.
+//! What a gradient is measured against, and when that is asked for.
 
 use fem_solvers::{
     BlockPattern, BlockSymmetric, HessianProjection, Newton, NewtonParams, NonlinearProblem,
 };
+use std::cell::Cell;
 use std::sync::Arc;
 
-/// A quartic that counts how often it is asked for its scales.
-struct Asked {
+/// `x⁴/4 + x²/2 − x` with the minimum x³ + x = 1.
+struct Quartic {
     pattern: Arc<BlockPattern>,
-    tells_largest: bool,
-    asked: std::cell::Cell<usize>,
+    /// How large a gradient is, where it knows, and the largest that this can be.
+    scale: Option<f64>,
+    largest: Option<f64>,
+    /// How often it was asked for its scale.
+    asked: Cell<usize>,
 }
 
-impl NonlinearProblem<1> for Asked {
+impl Quartic {
+    fn new(scale: Option<f64>, largest: Option<f64>) -> Self {
+        Self {
+            pattern: Arc::new(BlockPattern::from_adjacency(1, []).unwrap()),
+            scale,
+            largest,
+            asked: Cell::new(0),
+        }
+    }
+}
+
+impl NonlinearProblem<1> for Quartic {
     fn blocks(&self) -> usize {
         1
     }
@@ -30,29 +45,48 @@ impl NonlinearProblem<1> for Asked {
     }
     fn gradient_scales(&self, _: &[f64]) -> Option<Vec<f64>> {
         self.asked.set(self.asked.get() + 1);
-        Some(vec![0.5])
+        self.scale.map(|scale| vec![scale])
     }
     fn largest_gradient_scales(&self) -> Option<Vec<f64>> {
-        self.tells_largest.then(|| vec![1.0])
+        self.largest.map(|scale| vec![scale])
     }
 }
 
 #[test]
+fn a_start_far_away_does_not_loosen_the_tolerance_of_a_problem_that_knows_its_scale() {
+    let solve = |scale, start, params: &NewtonParams| {
+        let problem = Quartic::new(scale, None);
+        let mut x = [start];
+        Newton::new(&problem)
+            .solve(&problem, &mut x, params)
+            .unwrap();
+        x[0]
+    };
+    let (minimum, default) = (0.682_327_803_828_019_3, NewtonParams::default());
+    assert!((solve(Some(1.0), 1e9, &default) - minimum).abs() < 1e-8);
+    // Relative to the start alone 1e27 · 1e-8 would do, and a reference of one's own still rules.
+    assert!((solve(None, 1e9, &default) - minimum).abs() > 1e3);
+    let own = NewtonParams {
+        reference: Some(1e27),
+        ..default
+    };
+    assert!((solve(Some(1.0), 1e9, &own) - minimum).abs() > 1e3);
+    // Nor does a start close by tighten it: what is good enough stays as it is.
+    assert_eq!(solve(Some(1.0), minimum + 1e-12, &default), minimum + 1e-12);
+    assert!((solve(Some(1e-4), minimum + 1e-12, &default) - minimum).abs() < 1e-12);
+}
+
+#[test]
 fn scales_are_asked_for_only_where_a_gradient_may_be_small_enough() {
-    let solve = |tells_largest| {
-        let problem = Asked {
-            pattern: Arc::new(BlockPattern::from_adjacency(1, []).unwrap()),
-            tells_largest,
-            asked: std::cell::Cell::new(0),
-        };
+    let solve = |largest| {
+        let problem = Quartic::new(Some(0.5), largest);
         let mut x = [1e3];
-        let params = NewtonParams::default();
         let info = Newton::new(&problem)
-            .solve(&problem, &mut x, &params)
+            .solve(&problem, &mut x, &NewtonParams::default())
             .unwrap();
         (x[0], info.iterations, problem.asked.get())
     };
-    let (each, last) = (solve(false), solve(true));
+    let (each, last) = (solve(None), solve(Some(1.0)));
     assert_eq!((each.0, each.1), (last.0, last.1));
     assert_eq!(each.2, each.1 + 1);
     // At the start, and after the last step.

@@ -117,12 +117,9 @@ impl Search {
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
         self.triangle_tree.fit(&self.surface.triangle_boxes(way));
-        let boxes = if self.params.edges {
-            self.surface.edge_boxes(way)
-        } else {
-            Vec::new()
-        };
+        let mut boxes = Vec::new();
         if self.params.edges {
+            boxes = self.surface.edge_boxes(way);
             self.edge_tree.fit(&boxes);
         }
         let search = &*self;
