@@ -154,19 +154,12 @@ impl Pair {
         }
         let (slopes, curvatures) = self.second_order(s);
         let by_vector = chained(vectors, &slopes, &curvatures);
-        let share = self.signs();
-        let mut hessian = [[0.0; 12]; 12];
-        for (row, line) in hessian.iter_mut().enumerate() {
-            for (column, entry) in line.iter_mut().enumerate() {
-                let (a, i, b, j) = (row / 3, row % 3, column / 3, column % 3);
-                for k in 0..3 {
-                    for l in 0..3 {
-                        *entry += share[k][a] * share[l][b] * by_vector[3 * k + i][3 * l + j];
-                    }
-                }
-            }
+        if projection == HessianProjection::None {
+            return Some(spread(&by_vector, &self.signs()));
         }
-        Some(projected(hessian, projection))
+        // Translations cost nothing: nine of the twelve directions are left.
+        let by_shape = spread(&by_vector, &self.signs().map(|row| shapes_of(&row)));
+        Some(spread(&projected(by_shape, projection), &SHAPES))
     }
 
     /// First and second derivatives by the six scalars.
@@ -249,19 +242,56 @@ fn chained([u, e, f]: [Point; 3], slopes: &[f64; 6], curvatures: &[[f64; 6]; 6])
     hessian
 }
 
-fn projected(hessian: [[f64; 12]; 12], projection: HessianProjection) -> [[f64; 12]; 12] {
+/// Three orthonormal combinations of four vertices that no translation changes.
+const SHAPES: [[f64; 4]; 3] = [
+    [0.5, 0.5, -0.5, -0.5],
+    [0.5, -0.5, 0.5, -0.5],
+    [0.5, -0.5, -0.5, 0.5],
+];
+
+/// Shares of the four vertices as shares of [`SHAPES`].
+fn shapes_of(shares: &[f64; 4]) -> [f64; 3] {
+    SHAPES.map(|shape| (0..4).map(|v| shape[v] * shares[v]).sum())
+}
+
+/// (Sᵀ ⊗ 1) H (S ⊗ 1): a Hessian by three vectors, each a sum with these shares, by what they are
+/// sums of.
+fn spread<const N: usize, const M: usize>(
+    by_vector: &[[f64; 9]; 9],
+    shares: &[[f64; N]; 3],
+) -> [[f64; M]; M] {
+    let mut half = [[0.0; M]; 9];
+    for (row, line) in half.iter_mut().enumerate() {
+        for (column, entry) in line.iter_mut().enumerate() {
+            let (b, j) = (column / 3, column % 3);
+            *entry = (0..3)
+                .map(|l| by_vector[row][3 * l + j] * shares[l][b])
+                .sum();
+        }
+    }
+    let mut spread = [[0.0; M]; M];
+    for (row, line) in spread.iter_mut().enumerate() {
+        let (a, i) = (row / 3, row % 3);
+        for (column, entry) in line.iter_mut().enumerate() {
+            *entry = (0..3).map(|k| shares[k][a] * half[3 * k + i][column]).sum();
+        }
+    }
+    spread
+}
+
+fn projected(hessian: [[f64; 9]; 9], projection: HessianProjection) -> [[f64; 9]; 9] {
     let largest = hessian
         .as_flattened()
         .iter()
         .fold(0.0_f64, |m, h| m.max(h.abs()));
-    if projection == HessianProjection::None || !(largest > 0.0 && largest.is_finite()) {
+    if !(largest > 0.0 && largest.is_finite()) {
         return hessian;
     }
     let (values, vectors) = jacobi_eigen(&hessian.map(|row| row.map(|h| h / largest)));
     let values = values.map(|value| largest * projection.eigenvalue(value));
     let entry = |i: usize, j: usize| {
         let of = |k: usize| vectors[i][k] * values[k] * vectors[j][k];
-        (0..12).map(of).sum()
+        (0..9).map(of).sum()
     };
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }

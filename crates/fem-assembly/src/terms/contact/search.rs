@@ -18,14 +18,15 @@ const ROUNDED: f64 = 1e-6;
 const KEPT: f64 = 0.5;
 /// Up to which product of its normals it still faces each other; others do below 0.
 const AWAY: f64 = 0.2;
+/// Behind a surface, as a share of the distance: beyond doubt where surfaces are curved.
+const CLEARLY: f64 = 0.6;
 
 /// Finds pairs; holds what it needs to be quick.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
     pub surface: Surface,
     pub params: FleshContactParams,
-    rest_triangles: Vec<Point>,
-    rest_edges: Vec<Point>,
+    rest_normals: Normals,
     /// Of each vertex: the gap to what faces it at rest where that is less than the
     /// activation; negative where it is behind.
     pub clearance: Vec<f64>,
@@ -89,8 +90,7 @@ impl Search {
             clearance: vec![params.activation; rest.len()],
             triangle_tree: BoxTree::new(&surface.triangle_boxes(&still)),
             edge_tree: BoxTree::new(&surface.edge_boxes(&still)),
-            rest_triangles: normals.triangles,
-            rest_edges: normals.edges,
+            rest_normals: normals,
             surface,
             params,
         };
@@ -244,11 +244,13 @@ impl Search {
         }
         let rest = &self.surface.rest;
         let (p, t) = (rest[node], self.surface.corners(rest, &corners));
-        let behind = dot(self.rest_triangles[triangle], sub(p, t[0])) < 0.0;
-        if behind
-            && !self.surface.buried[node]
-            && self.is_thin(norm(sub(p, nearest_on_triangle(p, t))))
-        {
+        let way = sub(nearest_on_triangle(p, t), p);
+        let ahead = [
+            dot(self.rest_normals.nodes[node], way),
+            dot(self.rest_normals.triangles[triangle], sub(p, t[0])),
+        ];
+        let one_piece = ahead[1] < 0.0 || is_clearly_behind(ahead, norm(way));
+        if one_piece && !self.surface.buried[node] && self.is_thin(norm(way)) {
             return None;
         }
         // Edges bear the other half.
@@ -283,11 +285,14 @@ impl Search {
         }
         let rest = &surface.rest;
         let way = sub(surface.middle(rest, second), surface.middle(rest, first));
-        let behind =
-            dot(self.rest_edges[first], way) < 0.0 && dot(self.rest_edges[second], way) > 0.0;
+        let ahead = [
+            dot(self.rest_normals.edges[first], way),
+            -dot(self.rest_normals.edges[second], way),
+        ];
+        let one_piece = ahead.iter().all(|&a| a < 0.0) || is_clearly_behind(ahead, norm(way));
         let at_rest = |e: [u32; 2]| e.map(|n| rest[n as usize]);
         let buried = a.iter().chain(&b).any(|&n| surface.buried[n as usize]);
-        if behind && !buried && self.is_thin(segment_distance(at_rest(a), at_rest(b))) {
+        if one_piece && !buried && self.is_thin(segment_distance(at_rest(a), at_rest(b))) {
             return None;
         }
         let kind = if along > 0.0 {
@@ -323,6 +328,12 @@ impl Search {
             length: own.max(0.25 * activation),
         }
     }
+}
+
+/// Does one of two partners lie so far behind the other that they are sides of one wedge? One of them may
+/// still be ahead of the other there, where its side is hollow.
+fn is_clearly_behind(ahead: [f64; 2], distance: f64) -> bool {
+    ahead.iter().any(|&a| a < -CLEARLY * distance)
 }
 
 /// Gap, barycentric coordinates, heights.

@@ -36,6 +36,7 @@ pub(crate) struct Surface {
 }
 
 /// Outward unit normals in some configuration.
+#[derive(Clone, Debug)]
 pub(crate) struct Normals {
     pub triangles: Vec<Point>,
     /// Of every vertex; 0 where it has no triangle.
