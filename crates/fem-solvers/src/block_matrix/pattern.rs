@@ -241,6 +241,10 @@ impl BlockPattern {
         &self.absent
     }
 
+    pub(crate) fn is_absent(&self, row: usize, scalar: usize) -> bool {
+        self.absent.binary_search(&(row, scalar)).is_ok()
+    }
+
     /// The absent scalars that blocks of this size have, as places in a vector of blocks, ascending.
     pub(crate) fn absent_places(&self, block_size: usize) -> impl Iterator<Item = usize> + '_ {
         let has = move |(_, k): &&(usize, usize)| *k < block_size;

@@ -326,4 +326,19 @@ mod tests {
         }
         assert_eq!(a.absolute_product(&[4.0, -10.0, 0.5]), [38.0, 65.5, 70.5]);
     }
+    #[test]
+    fn an_absolute_product_leaves_padding_out() {
+        let pattern = BlockPattern::from_adjacency(2, [(0, 1)]).unwrap();
+        let pattern = pattern.with_absent([(1, 0)]).unwrap();
+        let mut a = BlockSymmetric::<2>::zeros(Arc::new(pattern));
+        for (k, block) in a.values_mut().iter_mut().enumerate() {
+            *block = [[3.0, -1.0], [-1.0, k as f64]];
+        }
+        a.fill_padding();
+        // [[3, −1, −1], [−1, 0, 1], [−1, 1, 2]] is what is left.
+        assert_eq!(
+            a.absolute_product(&[1.0, -2.0, 9.0, 4.0]),
+            [9.0, 5.0, 0.0, 11.0]
+        );
+    }
 }

@@ -138,14 +138,21 @@ fn check<const D: usize>(
             expected: pattern.stored(),
         });
     }
-    match matrix
-        .values()
-        .iter()
-        .position(|block| !block.iter().flatten().all(|&v| fits(v)))
-    {
+    let row_of = |k: usize| pattern.row_start().partition_point(|&s| s <= k) - 1;
+    let is_refused = |(k, block): &(usize, &[[f64; D]; D])| {
+        if block.iter().flatten().all(|&v| fits(v)) {
+            return false;
+        }
+        // Padding may be anything.
+        let (row, column) = (row_of(*k), pattern.columns()[*k] as usize);
+        (0..D * D).map(|at| (at / D, at % D)).any(|(r, c)| {
+            !fits(block[r][c]) && !pattern.is_absent(row, r) && !pattern.is_absent(column, c)
+        })
+    };
+    match matrix.values().iter().enumerate().find(is_refused) {
         None => Ok(()),
-        Some(k) => Err(CholeskyError::NonFinite {
-            block_row: pattern.row_start().partition_point(|&s| s <= k) - 1,
+        Some((k, _)) => Err(CholeskyError::NonFinite {
+            block_row: row_of(k),
         }),
     }
 }
@@ -294,5 +301,27 @@ fn extend_add<T: FactorScalar>(
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of [[3, 1], [1, 4]], scattered over two blocks, 11/12 is left of the second pivot in either order.
+    #[test]
+    fn the_weakest_pivot_is_one_of_those_that_are_there() {
+        let pattern =
+            BlockPattern::from_adjacency(2, [(0, 1)]).and_then(|p| p.with_absent([(0, 0), (1, 1)]));
+        let mut a = BlockSymmetric::<2>::zeros(Arc::new(pattern.unwrap()));
+        let nothing = 1e9;
+        a.values_mut().copy_from_slice(&[
+            [[nothing, nothing], [nothing, 3.0]],
+            [[nothing, 1.0], [nothing, nothing]],
+            [[4.0, nothing], [nothing, nothing]],
+        ]);
+        let symbolic = Arc::new(SymbolicCholesky::new(a.pattern()));
+        let factor = CholeskyFactor::<f64, 2>::factor(&symbolic, &a).unwrap();
+        assert!((factor.weakest_pivot(&a) - 11.0 / 12.0).abs() < 1e-15);
     }
 }

@@ -15,16 +15,10 @@ impl Scalars {
     pub fn new(pattern: &BlockPattern, permutation: &Permutation, block_size: usize) -> Self {
         let mut places = Vec::with_capacity(pattern.unknowns(block_size));
         let mut first = Vec::with_capacity(pattern.blocks() + 1);
-        let absent = pattern.absent();
         for &old in permutation.order() {
             first.push(places.len());
             let old = old as usize;
-            let of_row = &absent[absent.partition_point(|&(row, _)| row < old)..];
-            let is_absent = |k: usize| {
-                let own = of_row.iter().take_while(|&&(row, _)| row == old);
-                own.into_iter().any(|&(_, axis)| axis == k)
-            };
-            let present = (0..block_size).filter(|&k| !is_absent(k));
+            let present = (0..block_size).filter(|&k| !pattern.is_absent(old, k));
             places.extend(present.map(|k| block_size * old + k));
         }
         first.push(places.len());
