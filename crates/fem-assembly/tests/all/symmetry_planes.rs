@@ -108,7 +108,7 @@ fn every_linear_solver_finds_the_even_stretch() {
         })
         .collect();
     let direction = MultigridDirection::<3, 6>::new(MultigridParams::default());
-    let params = newtons[0].1.clone();
+    let params = newtons[0].1;
     newtons.push((
         "multigrid".into(),
         params,
