@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 /// A mesh with the terms of its energy, ready to be evaluated in any configuration.
 ///
 /// Positions and displacements are given for every node of the mesh, in its own numbering;
-/// results are given for the free nodes (x^U), in the numbering of [`Dofs`]. All sums have a fixed
+/// results are given for the free nodes (x^U), in the numbering of [`Dofs`], 0 at prescribed axes. All sums have a fixed
 /// order: the same bits for any number of threads.
 ///
 /// # Panics
@@ -72,7 +72,8 @@ impl<const D: usize> Assembly<D> {
     pub fn rest(&self) -> &[[f64; D]] {
         &self.rest
     }
-    /// Places of the Hessian's blocks, lower half.
+    /// Places of the Hessian's blocks, lower half; prescribed axes of partly free nodes are
+    /// [absent](BlockPattern::with_absent), which makes them padding of their blocks and no unknowns.
     pub fn pattern(&self) -> &Arc<BlockPattern> {
         &self.pattern
     }
@@ -221,7 +222,8 @@ impl<const D: usize> Assembly<D> {
         self.summands.iter().any(|s| s.term.one_sided())
     }
 
-    /// ∂²E/∂x^U∂x^U, symmetric, newtons per meter. Stencils are projected one by one as asked.
+    /// ∂²E/∂x^U∂x^U, symmetric, newtons per meter, on [`Assembly::pattern`]. Stencils are projected one by
+    /// one as asked.
     pub fn hessian(
         &self,
         at: Configuration<D>,
@@ -297,7 +299,7 @@ impl<const D: usize> Assembly<D> {
                 }
             }
         });
-        self.decouple_prescribed_axes(hessian);
+        hessian.fill_padding();
     }
 
     /// (∂²E/∂x^U∂x) δx without a matrix, newtons; δx is given at every node, so that it serves both
@@ -432,34 +434,6 @@ impl<const D: usize> Assembly<D> {
     fn clear_prescribed_axes(&self, rows: &mut [f64]) {
         for &(row, axis) in self.dofs.prescribed_axes() {
             rows[D * row as usize + axis] = 0.0;
-        }
-    }
-
-    /// Rows and columns of prescribed axes of partly free nodes become multiples of unit vectors.
-    /// Their right-hand side is 0 and nothing couples to them, so they stay exactly 0 in any solve.
-    fn decouple_prescribed_axes(&self, hessian: &mut BlockSymmetric<D>) {
-        if self.dofs.prescribed_axes().is_empty() {
-            return;
-        }
-        let mut prescribed = vec![[false; D]; self.dofs.free_nodes()];
-        for &(row, axis) in self.dofs.prescribed_axes() {
-            prescribed[row as usize][axis] = true;
-        }
-        let values = hessian.values_mut();
-        for row in 0..self.pattern.blocks() {
-            let start = self.pattern.row_start()[row];
-            for (offset, &column) in self.pattern.row(row).iter().enumerate() {
-                let block = &mut values[start + offset];
-                let trace: f64 = (0..D).map(|i| block[i][i].abs()).sum();
-                for i in 0..D {
-                    for j in 0..D {
-                        if prescribed[row][i] || prescribed[column as usize][j] {
-                            let diagonal = column as usize == row && i == j;
-                            block[i][j] = if diagonal { trace } else { 0.0 };
-                        }
-                    }
-                }
-            }
         }
     }
 

@@ -2,7 +2,9 @@
 //!
 //! The free nodes x^U are numbered along the longest axis of the rest shape, so that elements and
 //! matrix rows which are near in space are near in memory; the prescribed nodes x^C keep no number
-//! at all, they are eliminated. The unknown (free node r, axis k) has index D·r + k.
+//! at all, they are eliminated. The unknown (free node r, axis k) has index D·r + k in vectors of the
+//! unknowns. A prescribed axis of a node that is free in another one has a place in them, which keeps
+//! its value, and none in the system that is solved: it is eliminated, too.
 
 use crate::error::AssemblyError;
 
@@ -94,9 +96,13 @@ impl<const D: usize> Dofs<D> {
     pub fn free_nodes(&self) -> usize {
         self.free_nodes.len()
     }
-    /// Number of unknowns, D for each free node.
+    /// Length of vectors of the unknowns, D for each free node, places of prescribed axes included.
     pub fn unknowns(&self) -> usize {
         D * self.free_nodes.len()
+    }
+    /// Number of coordinates that are free: the scalar unknowns of the system that is solved.
+    pub fn free_coordinates(&self) -> usize {
+        self.unknowns() - self.prescribed_axes.len()
     }
     /// The block row of a node, `None` where it is prescribed.
     pub fn row(&self, node: usize) -> Option<usize> {
@@ -167,7 +173,7 @@ mod tests {
         let rest = [[0.0, 0.0], [3.0, 0.0], [1.0, 1.0], [2.0, 1.0]];
         let dofs = Dofs::new(&rest, &[0], &[(2, 1)]).unwrap();
         assert_eq!(dofs.node_of_row(), [2, 3, 1]);
-        assert_eq!(dofs.unknowns(), 6);
+        assert_eq!((dofs.unknowns(), dofs.free_coordinates()), (6, 5));
         let prescribed: Vec<(usize, usize)> = (0..5)
             .flat_map(|n| (0..3).map(move |k| (n, k)))
             .filter(|&(n, k)| dofs.is_prescribed(n, k))

@@ -173,13 +173,16 @@ fn coupled<'a, const D: usize>(
         })
 }
 
-/// The places of the Hessian: whatever shares a stencil.
+/// The places of the Hessian: whatever shares a stencil; prescribed axes are absent.
 pub(crate) fn pattern<const D: usize>(
     dofs: &Dofs<D>,
     summands: &[Summand<D>],
 ) -> Result<BlockPattern, AssemblyError> {
     let pairs = summands.iter().flat_map(|s| coupled(&s.stencils, dofs));
-    BlockPattern::from_adjacency(dofs.free_nodes(), pairs).map_err(|_| too_many(dofs))
+    let axes = dofs.prescribed_axes().iter();
+    BlockPattern::from_adjacency(dofs.free_nodes(), pairs)
+        .and_then(|pattern| pattern.with_absent(axes.map(|&(row, axis)| (row as usize, axis))))
+        .map_err(|_| too_many(dofs))
 }
 
 fn too_many<const D: usize>(dofs: &Dofs<D>) -> AssemblyError {

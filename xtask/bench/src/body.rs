@@ -122,7 +122,7 @@ impl Body {
             setting: setting.into(),
             error,
             seconds: solved.seconds,
-            unknowns: self.assembly.dofs().unknowns(),
+            unknowns: self.assembly.dofs().free_coordinates(),
             steps: info.iterations,
             factorizations: info.factorizations,
             iterations: info.linear_iterations,

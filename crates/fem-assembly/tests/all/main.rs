@@ -17,4 +17,5 @@ mod rigid_contact;
 mod spp_block;
 mod steps;
 mod stop_rule;
+mod symmetry_planes;
 mod terms;

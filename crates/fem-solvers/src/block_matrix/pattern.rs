@@ -6,10 +6,14 @@ use thiserror::Error;
 ///
 /// Row `i` holds the columns `columns()[row_start()[i]..row_start()[i + 1]]`, ascending, all `≤ i`;
 /// the last one is the diagonal `i` itself, which is always there.
+///
+/// Single scalars of block rows may be [absent](Self::with_absent): no unknowns of the system.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockPattern {
     row_start: Vec<usize>,
     columns: Vec<u32>,
+    /// (block row, scalar of the row), ascending.
+    absent: Vec<(usize, usize)>,
     pub(super) chunks: Vec<RowChunk>,
 }
 
@@ -59,6 +63,14 @@ pub enum PatternError {
         /// Number of block rows.
         blocks: usize,
     },
+    /// A scalar is said to be absent from a block row outside the matrix.
+    #[error("block row {row} lies outside a matrix of {blocks} block rows")]
+    NoSuchRow {
+        /// The row.
+        row: usize,
+        /// Number of block rows.
+        blocks: usize,
+    },
     /// More than `u32::MAX` block rows.
     #[error("{blocks} block rows do not fit 32-bit column indices")]
     TooLarge {
@@ -77,6 +89,7 @@ impl Default for BlockPattern {
         Self {
             row_start: vec![0],
             columns: Vec::new(),
+            absent: Vec::new(),
             chunks: Vec::new(),
         }
     }
@@ -140,6 +153,7 @@ impl BlockPattern {
         Ok(Self {
             row_start,
             columns,
+            absent: Vec::new(),
             chunks,
         })
     }
@@ -181,6 +195,30 @@ impl BlockPattern {
         Self::from_rows(row_start, columns)
     }
 
+    /// The same places for a system without the given scalars, (block row, row in its blocks), in any
+    /// order, repeated or not; in place of those that were absent before.
+    ///
+    /// The blocks keep their size. An absent scalar is no unknown: a factor has neither row nor column
+    /// for it, and a solution holds 0 there whatever the right-hand side does. What a matrix stores in
+    /// its row and column is padding ([`BlockSymmetric::fill_padding`](crate::BlockSymmetric::fill_padding)).
+    /// Scalars that the blocks of a matrix do not have are ignored.
+    ///
+    /// # Errors
+    /// [`PatternError::NoSuchRow`] for a block row that is not there.
+    pub fn with_absent(
+        self,
+        scalars: impl IntoIterator<Item = (usize, usize)>,
+    ) -> Result<Self, PatternError> {
+        let blocks = self.blocks();
+        let mut absent: Vec<(usize, usize)> = scalars.into_iter().collect();
+        if let Some(&(row, _)) = absent.iter().find(|(row, _)| *row >= blocks) {
+            return Err(PatternError::NoSuchRow { row, blocks });
+        }
+        absent.sort_unstable();
+        absent.dedup();
+        Ok(Self { absent, ..self })
+    }
+
     /// This pattern with places for more pairs of blocks, in any order, known or not.
     ///
     /// # Errors
@@ -191,7 +229,41 @@ impl BlockPattern {
     ) -> Result<Self, PatternError> {
         let known =
             (0..self.blocks()).flat_map(|i| self.row(i).iter().map(move |&j| (i, j as usize)));
-        Self::from_adjacency(self.blocks(), known.chain(pairs))
+        let extended = Self::from_adjacency(self.blocks(), known.chain(pairs))?;
+        Ok(Self {
+            absent: self.absent.clone(),
+            ..extended
+        })
+    }
+
+    /// The absent scalars as (block row, row in its blocks), ascending.
+    pub fn absent(&self) -> &[(usize, usize)] {
+        &self.absent
+    }
+
+    pub(crate) fn is_absent(&self, row: usize, scalar: usize) -> bool {
+        self.absent.binary_search(&(row, scalar)).is_ok()
+    }
+
+    /// The absent scalars that blocks of this size have, as places in a vector of blocks, ascending.
+    pub(crate) fn absent_places(&self, block_size: usize) -> impl Iterator<Item = usize> + '_ {
+        let has = move |(_, k): &&(usize, usize)| *k < block_size;
+        let place = move |(row, k): &(usize, usize)| block_size * row + k;
+        self.absent.iter().filter(has).map(place)
+    }
+
+    /// The block rows without any unknown, ascending.
+    pub(crate) fn empty_rows(&self, block_size: usize) -> Vec<usize> {
+        let rows = self.absent.chunk_by(|a, b| a.0 == b.0);
+        let is_empty = |row: &&[(usize, usize)]| {
+            row.iter().filter(|(_, k)| *k < block_size).count() == block_size
+        };
+        rows.filter(is_empty).map(|row| row[0].0).collect()
+    }
+
+    /// Number of scalar unknowns of a system with blocks of this size.
+    pub fn unknowns(&self, block_size: usize) -> usize {
+        block_size * self.blocks() - self.absent_places(block_size).count()
     }
 
     /// Number of block rows.

@@ -10,6 +10,11 @@ use std::sync::Arc;
 /// `values()[k][r][c]` is row `r`, column `c` of stored block `k` of the [`BlockPattern`]. A block
 /// `(i, j)` with `j < i` stands for itself and for its transpose at `(j, i)`; diagonal blocks are
 /// stored in full.
+///
+/// Rows and columns of [absent](BlockPattern::with_absent) scalars are padding and no part of the system,
+/// whatever they hold to a factorization, which does not read them. Products and the other
+/// preconditioners work on whole blocks and need the padding of [`fill_padding`](Self::fill_padding): with
+/// it, and 0 in the absent places of a vector, no number of the system depends on it.
 #[derive(Clone, Debug)]
 pub struct BlockSymmetric<const D: usize> {
     pattern: Arc<BlockPattern>,
@@ -55,7 +60,7 @@ impl<const D: usize> BlockSymmetric<D> {
         &self.values[self.pattern.diagonal(i)]
     }
 
-    /// The scalar diagonal, length `D · blocks`.
+    /// The scalar diagonal, padding included, length `D · blocks`.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.pattern.blocks())
             .flat_map(|i| {
@@ -103,7 +108,35 @@ impl<const D: usize> BlockSymmetric<D> {
         }
     }
 
-    /// `|A| |x|`: entry `i` is `Σ_j |A_ij| |x_j|`.
+    /// Overwrites the rows and columns of absent scalars: 0 off the diagonal, and on it the mean absolute
+    /// value of the block's own diagonal, 1 in a block row without unknowns. Neither the largest entry of
+    /// the diagonal nor a block's mean changes by it, and blocks are as invertible as without it.
+    pub fn fill_padding(&mut self) {
+        if self.pattern.absent().is_empty() {
+            return;
+        }
+        let mut absent = vec![[false; D]; self.pattern.blocks()];
+        for place in self.pattern.absent_places(D) {
+            absent[place / D][place % D] = true;
+        }
+        for row in 0..self.pattern.blocks() {
+            let stored = self.pattern.row_start()[row]..self.pattern.row_start()[row + 1];
+            for k in stored {
+                let column = self.pattern.columns()[k] as usize;
+                let (rows, columns) = (&absent[row], &absent[column]);
+                if rows.contains(&true) || columns.contains(&true) {
+                    let padding = if column == row {
+                        mean_present(&self.values[k], rows)
+                    } else {
+                        0.0
+                    };
+                    pad(&mut self.values[k], rows, columns, padding);
+                }
+            }
+        }
+    }
+
+    /// `|A| |x|`: entry `i` is `Σ_j |A_ij| |x_j|`, 0 where a scalar is absent.
     pub(crate) fn absolute_product(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; D * self.pattern.blocks()];
         for i in 0..self.pattern.blocks() {
@@ -120,10 +153,13 @@ impl<const D: usize> BlockSymmetric<D> {
                 }
             }
         }
+        for place in self.pattern.absent_places(D) {
+            y[place] = 0.0;
+        }
         y
     }
 
-    /// The whole matrix, both halves, row-major of size `dim × dim`.
+    /// The whole matrix, padding included, both halves, row-major of size `dim × dim`.
     pub fn to_dense(&self) -> Vec<f64> {
         let n = D * self.pattern.blocks();
         let mut dense = vec![0.0; n * n];
@@ -190,6 +226,31 @@ impl<const D: usize> BlockSymmetric<D> {
             }
         }
         before
+    }
+}
+
+/// The mean absolute diagonal entry of the rows that are there, 1 if there is none.
+fn mean_present<const D: usize>(block: &[[f64; D]; D], absent: &[bool; D]) -> f64 {
+    let present = || (0..D).filter(|&r| !absent[r]);
+    match present().count() {
+        0 => 1.0,
+        count => present().map(|r| block[r][r].abs()).sum::<f64>() / count as f64,
+    }
+}
+
+/// Absent rows and columns of a block become 0, with `diagonal` where they cross themselves.
+fn pad<const D: usize>(
+    block: &mut [[f64; D]; D],
+    rows: &[bool; D],
+    columns: &[bool; D],
+    diagonal: f64,
+) {
+    for r in 0..D {
+        for c in 0..D {
+            if rows[r] || columns[c] {
+                block[r][c] = if r == c { diagonal } else { 0.0 };
+            }
+        }
     }
 }
 
@@ -264,5 +325,20 @@ mod tests {
             }
         }
         assert_eq!(a.absolute_product(&[4.0, -10.0, 0.5]), [38.0, 65.5, 70.5]);
+    }
+    #[test]
+    fn an_absolute_product_leaves_padding_out() {
+        let pattern = BlockPattern::from_adjacency(2, [(0, 1)]).unwrap();
+        let pattern = pattern.with_absent([(1, 0)]).unwrap();
+        let mut a = BlockSymmetric::<2>::zeros(Arc::new(pattern));
+        for (k, block) in a.values_mut().iter_mut().enumerate() {
+            *block = [[3.0, -1.0], [-1.0, k as f64]];
+        }
+        a.fill_padding();
+        // [[3, −1, −1], [−1, 0, 1], [−1, 1, 2]] is what is left.
+        assert_eq!(
+            a.absolute_product(&[1.0, -2.0, 9.0, 4.0]),
+            [9.0, 5.0, 0.0, 11.0]
+        );
     }
 }

@@ -12,10 +12,14 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum CholeskyError {
     /// The matrix is not positive definite, or too ill-conditioned for the precision of the factor.
-    #[error("not positive definite: the pivot of block row {block_row} is not positive")]
+    #[error(
+        "not positive definite: the pivot of block row {block_row}, axis {axis}, is not positive"
+    )]
     NotPositiveDefinite {
         /// Block row of the matrix, in its own numbering.
         block_row: usize,
+        /// Row of the block.
+        axis: usize,
     },
     /// The matrix holds a NaN, an infinity, or a value outside the range of the factor's scalar.
     #[error(
@@ -103,11 +107,11 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         let symbolic = &*self.symbolic;
         let mut weakest = 1.0_f64;
         for node in &symbolic.supernodes {
-            let height = D * node.height();
-            for k in 0..D * node.width() {
-                let row = symbolic.permutation.order()[node.columns.start + k / D] as usize;
+            let height = node.height();
+            for (k, place) in symbolic.places[node.scalars.clone()].iter().enumerate() {
+                let (row, axis) = (place / D, place % D);
                 let pivot = self.panels[node.panel + k * height + k].to_f64();
-                let share = pivot * pivot / matrix.diagonal_block(row)[k % D][k % D];
+                let share = pivot * pivot / matrix.diagonal_block(row)[axis][axis];
                 // NaN is the weakest of all.
                 if !(share >= weakest) {
                     weakest = share;
@@ -134,14 +138,21 @@ fn check<const D: usize>(
             expected: pattern.stored(),
         });
     }
-    match matrix
-        .values()
-        .iter()
-        .position(|block| !block.iter().flatten().all(|&v| fits(v)))
-    {
+    let row_of = |k: usize| pattern.row_start().partition_point(|&s| s <= k) - 1;
+    let is_refused = |(k, block): &(usize, &[[f64; D]; D])| {
+        if block.iter().flatten().all(|&v| fits(v)) {
+            return false;
+        }
+        // Padding may be anything.
+        let (row, column) = (row_of(*k), pattern.columns()[*k] as usize);
+        (0..D * D).map(|at| (at / D, at % D)).any(|(r, c)| {
+            !fits(block[r][c]) && !pattern.is_absent(row, r) && !pattern.is_absent(column, c)
+        })
+    };
+    match matrix.values().iter().enumerate().find(is_refused) {
         None => Ok(()),
-        Some(k) => Err(CholeskyError::NonFinite {
-            block_row: pattern.row_start().partition_point(|&s| s <= k) - 1,
+        Some((k, _)) => Err(CholeskyError::NonFinite {
+            block_row: row_of(k),
         }),
     }
 }
@@ -193,7 +204,7 @@ impl<const D: usize> Task<'_, D> {
             let mut stack: Vec<Vec<T>> = Vec::new();
             let mut rest = panels;
             for t in node.subtree..=s {
-                let size = D * D * nodes[t].height() * nodes[t].width();
+                let size = nodes[t].height() * nodes[t].width();
                 let (own, tail) = rest.split_at_mut(size);
                 rest = tail;
                 let first = stack.len() - nodes[t].children.len();
@@ -203,7 +214,7 @@ impl<const D: usize> Task<'_, D> {
             }
             return Ok(stack.pop().unwrap_or_default());
         }
-        let own_size = D * D * node.height() * node.width();
+        let own_size = node.height() * node.width();
         let (below, own) = panels.split_at_mut(panels.len() - own_size);
         let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
         let updates = self.children(&children, below, depth + 1)?;
@@ -218,12 +229,11 @@ impl<const D: usize> Task<'_, D> {
         updates: &[Vec<T>],
     ) -> Result<Vec<T>, CholeskyError> {
         let zero = T::from_f64(0.0);
-        let (height, columns) = (D * node.height(), D * node.width());
-        let rows = height - columns;
+        let (height, columns, rows) = (node.height(), node.width(), node.below);
         panel.fill(zero);
         for entry in &node.entries {
             let block = &self.matrix.values()[entry.source as usize];
-            let corner = D * entry.column as usize * height + D * entry.row as usize;
+            let corner = entry.column as usize * height + entry.row as usize;
             for c in 0..D {
                 for r in 0..D {
                     let value = match entry.orientation {
@@ -234,9 +244,13 @@ impl<const D: usize> Task<'_, D> {
                 }
             }
         }
+        let stored = self.matrix.values().as_flattened().as_flattened();
+        for piece in &node.pieces {
+            panel[piece.to] = T::from_f64(stored[piece.source]);
+        }
         let mut update = vec![zero; rows * rows];
         for (&child, values) in node.children.iter().zip(updates) {
-            extend_add::<T, D>(
+            extend_add(
                 &self.symbolic.supernodes[child as usize],
                 values,
                 panel,
@@ -246,9 +260,10 @@ impl<const D: usize> Task<'_, D> {
             );
         }
         eliminate(panel, height, columns, &mut update).map_err(|column| {
-            let block = node.columns.start + column / D;
+            let place = self.symbolic.places[node.scalars.start + column];
             CholeskyError::NotPositiveDefinite {
-                block_row: self.symbolic.permutation.order()[block] as usize,
+                block_row: place / D,
+                axis: place % D,
             }
         })?;
         Ok(update)
@@ -256,7 +271,7 @@ impl<const D: usize> Task<'_, D> {
 }
 
 /// Adds a child's update matrix into its parent's front, lower half.
-fn extend_add<T: FactorScalar, const D: usize>(
+fn extend_add<T: FactorScalar>(
     child: &Supernode,
     values: &[T],
     panel: &mut [T],
@@ -264,21 +279,18 @@ fn extend_add<T: FactorScalar, const D: usize>(
     columns: usize,
     rows: usize,
 ) {
-    let child_rows = D * child.rows.len();
+    let child_rows = child.below;
     let height = columns + rows;
     for (at, column_run) in child.runs.iter().enumerate() {
-        for c in 0..D * column_run.len as usize {
-            let from = D * column_run.from as usize + c;
-            let to = D * column_run.to as usize + c;
+        for c in 0..column_run.len as usize {
+            let from = column_run.from as usize + c;
+            let to = column_run.to as usize + c;
             let source = &values[from * child_rows..(from + 1) * child_rows];
             for (k, row_run) in child.runs[at..].iter().enumerate() {
                 // In the run of the column itself, start at the diagonal.
                 let skip = if k == 0 { c } else { 0 };
-                let len = D * row_run.len as usize - skip;
-                let (row_from, row_to) = (
-                    D * row_run.from as usize + skip,
-                    D * row_run.to as usize + skip,
-                );
+                let len = row_run.len as usize - skip;
+                let (row_from, row_to) = (row_run.from as usize + skip, row_run.to as usize + skip);
                 let target = if to < columns {
                     &mut panel[to * height + row_to..][..len]
                 } else {
@@ -289,5 +301,27 @@ fn extend_add<T: FactorScalar, const D: usize>(
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of [[3, 1], [1, 4]], scattered over two blocks, 11/12 is left of the second pivot in either order.
+    #[test]
+    fn the_weakest_pivot_is_one_of_those_that_are_there() {
+        let pattern =
+            BlockPattern::from_adjacency(2, [(0, 1)]).and_then(|p| p.with_absent([(0, 0), (1, 1)]));
+        let mut a = BlockSymmetric::<2>::zeros(Arc::new(pattern.unwrap()));
+        let nothing = 1e9;
+        a.values_mut().copy_from_slice(&[
+            [[nothing, nothing], [nothing, 3.0]],
+            [[nothing, 1.0], [nothing, nothing]],
+            [[4.0, nothing], [nothing, nothing]],
+        ]);
+        let symbolic = Arc::new(SymbolicCholesky::new(a.pattern()));
+        let factor = CholeskyFactor::<f64, 2>::factor(&symbolic, &a).unwrap();
+        assert!((factor.weakest_pivot(&a) - 11.0 / 12.0).abs() < 1e-15);
     }
 }

@@ -11,7 +11,7 @@ use faer::{MatMut, MatRef};
 const TASK_SCALARS: usize = 400_000;
 
 impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
-    /// `x ← A⁻¹ x`.
+    /// `x ← A⁻¹ x`; where a scalar is absent, 0 in place of anything.
     ///
     /// # Panics
     /// If `x` is not as long as the matrix.
@@ -19,7 +19,8 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         self.solve_many(x, 1);
     }
 
-    /// `X ← A⁻¹ X` for `ncols` right-hand sides, column-major, as one block solve.
+    /// `X ← A⁻¹ X` for `ncols` right-hand sides, column-major, as one block solve; where a scalar is
+    /// absent, 0 in place of anything.
     ///
     /// Parallel over the elimination tree; the bits do not depend on the number of threads.
     ///
@@ -39,7 +40,7 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
             factor: self,
             ncols,
         };
-        let mut y = vec![T::from_f64(0.0); n * ncols];
+        let mut y = vec![T::from_f64(0.0); self.symbolic.unknowns() * ncols];
         sweep.permute(&mut y, |y, at| *y = T::from_f64(x[at]));
         let roots: Vec<usize> = (0..self.symbolic.supernodes.len())
             .filter(|&s| self.symbolic.supernodes[s].parent == NO_PARENT)
@@ -47,6 +48,8 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         sweep.forward_children(&roots, &mut y, 0);
         sweep.backward_children(&roots, &mut y, None, 0);
         sweep.permute(&mut y, |y, at| x[at] = y.to_f64());
+        x.chunks_exact_mut(n)
+            .for_each(|column| self.symbolic.clear_absent(column));
     }
 }
 
@@ -71,20 +74,19 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
     }
 
     fn panel(&self, node: &Supernode) -> &'a [T] {
-        &self.factor.panels[node.panel..node.panel + D * D * node.height() * node.width()]
+        &self.factor.panels[node.panel..node.panel + node.height() * node.width()]
     }
 
     /// Calls `f(entry of y, index into the caller's columns)` for every entry.
     fn permute(&self, y: &mut [T], mut f: impl FnMut(&mut T, usize)) {
         let n = self.factor.symbolic.dim();
-        let order = self.factor.symbolic.permutation.order();
+        let places = &self.factor.symbolic.places;
         let mut y = y.iter_mut();
         for node in &self.factor.symbolic.supernodes {
             for c in 0..self.ncols {
-                for &old in &order[node.columns.clone()] {
-                    for (r, y) in y.by_ref().take(D).enumerate() {
-                        f(y, c * n + D * old as usize + r);
-                    }
+                let own = places[node.scalars.clone()].iter();
+                for (place, y) in own.zip(y.by_ref()) {
+                    f(y, c * n + place);
                 }
             }
         }
@@ -92,13 +94,13 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
 
     /// Scalars of `y` that belong to the subtree of `s`.
     fn subtree_len(&self, s: usize) -> usize {
-        let first = self.node(self.node(s).subtree).columns.start;
-        D * self.ncols * (self.node(s).columns.end - first)
+        let first = self.node(self.node(s).subtree).scalars.start;
+        self.ncols * (self.node(s).scalars.end - first)
     }
 
     fn is_one_task(&self, s: usize, depth: usize) -> bool {
         let node = self.node(s);
-        let end = node.panel + D * D * node.height() * node.width();
+        let end = node.panel + node.height() * node.width();
         (end - self.node(node.subtree).panel) * self.ncols < TASK_SCALARS || depth >= TASK_DEPTH
     }
 
@@ -127,7 +129,7 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
             let mut rest = y;
             for t in node.subtree..=s {
                 let node = self.node(t);
-                let (own, tail) = rest.split_at_mut(D * self.ncols * node.width());
+                let (own, tail) = rest.split_at_mut(self.ncols * node.width());
                 rest = tail;
                 let first = stack.len() - node.children.len();
                 let rows = self.forward_front(node, own, &stack[first..]);
@@ -136,25 +138,21 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
             }
             return stack.pop().unwrap_or_default();
         }
-        let (below, own) = y.split_at_mut(y.len() - D * self.ncols * node.width());
+        let (below, own) = y.split_at_mut(y.len() - self.ncols * node.width());
         let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
         let updates = self.forward_children(&children, below, depth + 1);
         self.forward_front(node, own, &updates)
     }
 
     fn forward_front(&self, node: &Supernode, own: &mut [T], updates: &[Vec<T>]) -> Vec<T> {
-        let (width, height) = (D * node.width(), D * node.rows.len());
+        let (width, height) = (node.width(), node.below);
         let mut rows = vec![T::from_f64(0.0); height * self.ncols];
         for (&child, update) in node.children.iter().zip(updates) {
             let child = self.node(child as usize);
-            let child_height = D * child.rows.len();
+            let child_height = child.below;
             for c in 0..self.ncols {
                 for run in &child.runs {
-                    let (from, to, len) = (
-                        D * run.from as usize,
-                        D * run.to as usize,
-                        D * run.len as usize,
-                    );
+                    let (from, to, len) = (run.from as usize, run.to as usize, run.len as usize);
                     let source = &update[c * child_height + from..][..len];
                     let target = if to < width {
                         &mut own[c * width + to..][..len]
@@ -188,7 +186,7 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
 
     fn backward_subtree(&self, s: usize, y: &mut [T], parent: Option<Front<'_, T>>, depth: usize) {
         let node = self.node(s);
-        let (below, own) = y.split_at_mut(y.len() - D * self.ncols * node.width());
+        let (below, own) = y.split_at_mut(y.len() - self.ncols * node.width());
         let rows = self.backward_front(node, own, parent);
         if !self.is_one_task(s, depth) {
             let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
@@ -208,17 +206,17 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
         let first = node.subtree;
         let mut kept: Vec<Vec<T>> = vec![Vec::new(); s + 1 - first];
         kept[s - first] = rows;
-        let start = self.node(first).columns.start;
+        let start = self.node(first).scalars.start;
         for t in (first..s).rev() {
             let node = self.node(t);
             let above = self.node(node.parent as usize);
-            let (head, tail) = y.split_at_mut(D * self.ncols * (node.columns.end - start));
-            let own_len = D * self.ncols * node.width();
+            let (head, tail) = y.split_at_mut(self.ncols * (node.scalars.end - start));
+            let own_len = self.ncols * node.width();
             let own_begin = head.len() - own_len;
-            let above_begin = D * self.ncols * (above.columns.start - node.columns.end);
+            let above_begin = self.ncols * (above.scalars.start - node.scalars.end);
             let front = Front {
                 node: above,
-                own: &tail[above_begin..above_begin + D * self.ncols * above.width()],
+                own: &tail[above_begin..above_begin + self.ncols * above.width()],
                 rows: &kept[node.parent as usize - first],
             };
             let rows = self.backward_front(node, &mut head[own_begin..], Some(front));
@@ -232,18 +230,13 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
         own: &mut [T],
         parent: Option<Front<'_, T>>,
     ) -> Vec<T> {
-        let (width, height) = (D * node.width(), D * node.rows.len());
+        let (width, height) = (node.width(), node.below);
         let mut rows = vec![T::from_f64(0.0); height * self.ncols];
         if let Some(parent) = parent {
-            let (parent_width, parent_height) =
-                (D * parent.node.width(), D * parent.node.rows.len());
+            let (parent_width, parent_height) = (parent.node.width(), parent.node.below);
             for c in 0..self.ncols {
                 for run in &node.runs {
-                    let (from, to, len) = (
-                        D * run.from as usize,
-                        D * run.to as usize,
-                        D * run.len as usize,
-                    );
+                    let (from, to, len) = (run.from as usize, run.to as usize, run.len as usize);
                     let source = if to < parent_width {
                         &parent.own[c * parent_width + to..][..len]
                     } else {

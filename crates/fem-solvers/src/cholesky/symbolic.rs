@@ -2,6 +2,7 @@
 
 use super::amalgamation::{Panel, panels};
 use super::elimination_tree::{NO_PARENT, column_counts, parents, postorder};
+use super::scalars::Scalars;
 use crate::block_matrix::BlockPattern;
 use crate::ordering::{Graph, Permutation, nested_dissection};
 use std::ops::Range;
@@ -13,8 +14,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct SymbolicCholesky<const D: usize> {
     pub(super) pattern: Arc<BlockPattern>,
-    /// New block row → old block row, and back.
-    pub(super) permutation: Permutation,
+    /// Place of each scalar of the factor in a vector of blocks.
+    pub(super) places: Vec<usize>,
     /// In postorder: children before parents, subtrees contiguous.
     pub(super) supernodes: Vec<Supernode>,
     /// Scalars in all panels.
@@ -22,29 +23,35 @@ pub struct SymbolicCholesky<const D: usize> {
     flops: f64,
 }
 
-/// One dense front: `columns` are eliminated here, `rows` are updated.
+/// One dense front: the scalars of `columns` are eliminated here, those of `rows` are updated.
 #[derive(Clone, Debug)]
 pub(super) struct Supernode {
     /// Block columns, new numbering.
     pub columns: Range<usize>,
     /// Block rows below, new numbering, ascending.
     pub rows: Vec<u32>,
+    /// The scalars of `columns`, new numbering.
+    pub scalars: Range<usize>,
+    /// Number of the scalars of `rows`.
+    pub below: usize,
     pub parent: u32,
     /// Ascending.
     pub children: Vec<u32>,
     /// First supernode of the subtree that ends here.
     pub subtree: usize,
-    /// First scalar of the panel, a column-major `(columns + rows)·D × columns·D` matrix.
+    /// First scalar of the panel, a column-major `height × width` matrix.
     pub panel: usize,
-    /// For each of `rows`, its block position in the parent's front (`columns` then `rows`), as runs.
+    /// For each scalar of `rows`, its position in the parent's front (`columns` then `rows`), as runs.
     pub runs: Vec<Run>,
-    /// Blocks of `A` that enter here.
+    /// Blocks of `A` that enter here whole.
     pub entries: Vec<Entry>,
+    /// What enters of the other blocks.
+    pub pieces: Vec<Piece>,
     /// Arithmetic of the subtree.
     pub subtree_flops: f64,
 }
 
-/// `len` consecutive block rows from `from` in a child sit at `to` in its parent.
+/// `len` consecutive rows from `from` below a child's columns sit at `to` in its parent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub from: u32,
@@ -52,13 +59,20 @@ pub(super) struct Run {
     pub len: u32,
 }
 
-/// Stored block `source` of `A` goes to block `(row, column)` of a panel.
+/// Stored block `source` of `A` goes to a panel, its first scalar to `(row, column)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub source: u32,
     pub row: u32,
     pub column: u32,
     pub orientation: Orientation,
+}
+
+/// Scalar `source` of all that `A` stores goes to `to` in a panel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    pub source: usize,
+    pub to: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,12 +82,13 @@ pub(super) enum Orientation {
 }
 
 impl Supernode {
+    /// Columns of the panel.
     pub fn width(&self) -> usize {
-        self.columns.len()
+        self.scalars.len()
     }
-    /// Block rows of the front.
+    /// Rows of the front.
     pub fn height(&self) -> usize {
-        self.columns.len() + self.rows.len()
+        self.scalars.len() + self.below
     }
 }
 
@@ -100,7 +115,7 @@ impl<const D: usize> SymbolicCholesky<D> {
     /// If the permutation is not as long as the pattern has block rows.
     pub fn with_permutation(pattern: &Arc<BlockPattern>, ordering: &Permutation) -> Self {
         assert_eq!(ordering.len(), pattern.blocks(), "one place per block row");
-        let graph = Graph::of_pattern(pattern);
+        let graph = Graph::of_pattern(pattern).isolating(&pattern.empty_rows(D));
         // Postorder, so that supernodes are runs of columns.
         let parent = parents(&graph, ordering);
         let post = postorder(&parent);
@@ -118,12 +133,14 @@ impl<const D: usize> SymbolicCholesky<D> {
             .map(|&k| permutation.order()[k as usize])
             .collect();
         let permutation = Permutation::from_order(order);
+        let scalars = Scalars::new(pattern, &permutation, D);
         let mut supernodes = layout(&graph, &permutation, &merged, &post);
-        let (panel_scalars, flops) = sizes::<D>(&mut supernodes);
-        place_entries(pattern, &permutation, &mut supernodes);
+        let starts = place_rows(&scalars, &mut supernodes);
+        let (panel_scalars, flops) = sizes(&mut supernodes);
+        place_entries::<D>(pattern, &permutation, &scalars, &starts, &mut supernodes);
         Self {
             pattern: pattern.clone(),
-            permutation,
+            places: scalars.places,
             supernodes,
             panel_scalars,
             flops,
@@ -135,20 +152,27 @@ impl<const D: usize> SymbolicCholesky<D> {
         &self.pattern
     }
 
-    /// Scalar dimension of the matrix.
+    /// Length of right-hand sides and solutions, places of absent scalars included.
     pub fn dim(&self) -> usize {
         D * self.pattern.blocks()
     }
 
+    /// Number of scalar unknowns: rows of `L`.
+    pub fn unknowns(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Puts 0 in the places of absent scalars of a vector of blocks.
+    pub(super) fn clear_absent(&self, vector: &mut [f64]) {
+        for place in self.pattern.absent_places(D) {
+            vector[place] = 0.0;
+        }
+    }
+
     /// Scalars on and below the diagonal of `L`, explicit zeros of merged supernodes included.
     pub fn fill(&self) -> usize {
-        self.supernodes
-            .iter()
-            .map(|s| {
-                let (w, r) = (D * s.width(), D * s.rows.len());
-                w * (w + 1) / 2 + w * r
-            })
-            .sum()
+        let of = |s: &Supernode| s.width() * (s.width() + 1) / 2 + s.width() * s.below;
+        self.supernodes.iter().map(of).sum()
     }
 
     /// Additions and multiplications of one factorization.
@@ -158,11 +182,11 @@ impl<const D: usize> SymbolicCholesky<D> {
 
     /// Number of dense fronts.
     pub fn fronts(&self) -> usize {
-        self.supernodes.len()
+        self.supernodes.iter().filter(|s| s.width() > 0).count()
     }
 }
 
-/// Rows, tree and row positions of every supernode, in postorder.
+/// Block rows and tree of every supernode, in postorder.
 fn layout(
     graph: &Graph,
     permutation: &Permutation,
@@ -187,12 +211,15 @@ fn layout(
         supernodes.push(Supernode {
             columns,
             rows: Vec::new(),
+            scalars: 0..0,
+            below: 0,
             parent,
             children: Vec::new(),
             subtree: supernodes.len(),
             panel: 0,
             runs: Vec::new(),
             entries: Vec::new(),
+            pieces: Vec::new(),
             subtree_flops: 0.0,
         });
     }
@@ -204,14 +231,6 @@ fn layout(
         }
     }
     find_rows(graph, permutation, &mut supernodes);
-    for s in 0..supernodes.len() {
-        if supernodes[s].parent != NO_PARENT {
-            supernodes[s].runs = runs(
-                &supernodes[s].rows,
-                &supernodes[supernodes[s].parent as usize],
-            );
-        }
-    }
     supernodes
 }
 
@@ -243,25 +262,59 @@ fn find_rows(graph: &Graph, permutation: &Permutation, supernodes: &mut [Superno
     }
 }
 
-fn runs(rows: &[u32], parent: &Supernode) -> Vec<Run> {
+/// Sizes of every front and the positions of its rows in its parent. Returns for each front where the
+/// scalars of its block rows begin.
+fn place_rows(scalars: &Scalars, supernodes: &mut [Supernode]) -> Vec<Vec<u32>> {
+    let mut starts: Vec<Vec<u32>> = Vec::with_capacity(supernodes.len());
+    for node in &mut *supernodes {
+        node.scalars = scalars.of(node.columns.clone());
+        let mut height = node.width();
+        let mut of_node = Vec::with_capacity(node.rows.len());
+        for &row in &node.rows {
+            of_node.push(height as u32);
+            height += scalars.places_of(row as usize).len();
+        }
+        starts.push(of_node);
+        node.below = height - node.width();
+    }
+    for s in 0..supernodes.len() {
+        let node = &supernodes[s];
+        if node.parent != NO_PARENT {
+            let p = node.parent as usize;
+            let runs = runs(scalars, node, &starts[s], &supernodes[p], &starts[p]);
+            supernodes[s].runs = runs;
+        }
+    }
+    starts
+}
+
+fn runs(
+    scalars: &Scalars,
+    node: &Supernode,
+    starts: &[u32],
+    parent: &Supernode,
+    parent_starts: &[u32],
+) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut cursor = 0;
-    for (k, &row) in rows.iter().enumerate() {
+    for (&row, &start) in node.rows.iter().zip(starts) {
+        let of_row = scalars.of(row as usize..row as usize + 1);
         let to = if (row as usize) < parent.columns.end {
-            row as usize - parent.columns.start
+            (of_row.start - parent.scalars.start) as u32
         } else {
             while parent.rows[cursor] < row {
                 cursor += 1;
             }
-            parent.width() + cursor
-        } as u32;
+            parent_starts[cursor]
+        };
+        let len = of_row.len() as u32;
         match runs.last_mut() {
             // A run does not cross from the columns of the parent into its rows.
-            Some(run) if run.to + run.len == to && to as usize != parent.width() => run.len += 1,
+            Some(run) if run.to + run.len == to && to as usize != parent.width() => run.len += len,
             _ => runs.push(Run {
-                from: k as u32,
+                from: start - node.width() as u32,
                 to,
-                len: 1,
+                len,
             }),
         }
     }
@@ -269,16 +322,13 @@ fn runs(rows: &[u32], parent: &Supernode) -> Vec<Run> {
 }
 
 /// Panel offsets and arithmetic; returns the totals.
-fn sizes<const D: usize>(supernodes: &mut [Supernode]) -> (usize, f64) {
+fn sizes(supernodes: &mut [Supernode]) -> (usize, f64) {
     let mut offset = 0;
     let mut total = 0.0;
     for s in 0..supernodes.len() {
         supernodes[s].panel = offset;
-        offset += D * supernodes[s].height() * D * supernodes[s].width();
-        let (w, r) = (
-            (D * supernodes[s].width()) as f64,
-            (D * supernodes[s].rows.len()) as f64,
-        );
+        offset += supernodes[s].height() * supernodes[s].width();
+        let (w, r) = (supernodes[s].width() as f64, supernodes[s].below as f64);
         let own = w * w * w / 3.0 + w * w * r + w * r * r;
         total += own;
         let below: f64 = supernodes[s]
@@ -291,7 +341,13 @@ fn sizes<const D: usize>(supernodes: &mut [Supernode]) -> (usize, f64) {
     (offset, total)
 }
 
-fn place_entries(pattern: &BlockPattern, permutation: &Permutation, supernodes: &mut [Supernode]) {
+fn place_entries<const D: usize>(
+    pattern: &BlockPattern,
+    permutation: &Permutation,
+    scalars: &Scalars,
+    starts: &[Vec<u32>],
+    supernodes: &mut [Supernode],
+) {
     let mut owner = vec![0u32; pattern.blocks()];
     for (s, node) in supernodes.iter().enumerate() {
         for j in node.columns.clone() {
@@ -307,18 +363,53 @@ fn place_entries(pattern: &BlockPattern, permutation: &Permutation, supernodes: 
             } else {
                 (b, a, Orientation::Transposed)
             };
-            let node = &mut supernodes[owner[column] as usize];
-            let row = if row < node.columns.end {
-                row - node.columns.start
-            } else {
-                node.width() + node.rows.partition_point(|&r| (r as usize) < row)
-            };
-            node.entries.push(Entry {
+            let (of_row, of_column) = (scalars.places_of(row), scalars.places_of(column));
+            if of_row.is_empty() || of_column.is_empty() {
+                continue;
+            }
+            let s = owner[column] as usize;
+            let node = &mut supernodes[s];
+            let in_columns = |j: usize| (scalars.of(j..j + 1).start - node.scalars.start) as u32;
+            let entry = Entry {
                 source: k as u32,
-                row: row as u32,
-                column: (column - node.columns.start) as u32,
+                row: if row < node.columns.end {
+                    in_columns(row)
+                } else {
+                    starts[s][node.rows.partition_point(|&r| (r as usize) < row)]
+                },
+                column: in_columns(column),
                 orientation,
-            });
+            };
+            if of_row.len() == D && of_column.len() == D {
+                node.entries.push(entry);
+            } else {
+                let height = node.height();
+                node.pieces
+                    .extend(entry.pieces::<D>(height, of_row, of_column));
+            }
         }
+    }
+}
+
+impl Entry {
+    /// The scalars of a block in a panel of this height, given the places of its rows and columns.
+    fn pieces<const D: usize>(
+        self,
+        height: usize,
+        rows: &[usize],
+        columns: &[usize],
+    ) -> impl Iterator<Item = Piece> {
+        let corner = self.column as usize * height + self.row as usize;
+        let of = move |r: usize, c: usize| {
+            let (high, low) = match self.orientation {
+                Orientation::AsStored => (rows[r] % D, columns[c] % D),
+                Orientation::Transposed => (columns[c] % D, rows[r] % D),
+            };
+            Piece {
+                source: (self.source as usize * D + high) * D + low,
+                to: corner + c * height + r,
+            }
+        };
+        (0..columns.len()).flat_map(move |c| (0..rows.len()).map(move |r| of(r, c)))
     }
 }

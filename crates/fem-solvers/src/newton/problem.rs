@@ -25,6 +25,7 @@ pub trait NonlinearProblem<const D: usize> {
 
     /// Where the Hessian's blocks are, the same for every `x` until [`prepare`](Self::prepare) says
     /// otherwise; `None` for a problem that gives only [products](Self::hessian_vector) with its Hessian.
+    /// Entries of `x` whose scalars are [absent](BlockPattern::with_absent) stay as they are.
     fn pattern(&self) -> Option<Arc<BlockPattern>> {
         None
     }
@@ -32,11 +33,12 @@ pub trait NonlinearProblem<const D: usize> {
     /// `E(x)`; `+∞` outside the domain.
     fn energy(&self, x: &[f64]) -> f64;
 
-    /// `g = ∂E/∂x`; `g` is overwritten.
+    /// `g = ∂E/∂x`, 0 where a scalar is absent; `g` is overwritten.
     fn gradient(&self, x: &[f64], g: &mut [f64]);
 
-    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten. Asked of
-    /// every problem that has a pattern; left out, it is NaN, which ends a solve.
+    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten, and where
+    /// scalars are absent [padded](BlockSymmetric::fill_padding). Asked of every problem that has a pattern;
+    /// left out, it is NaN, which ends a solve.
     fn hessian(&self, _x: &[f64], _projection: HessianProjection, out: &mut BlockSymmetric<D>) {
         out.values_mut().fill([[f64::NAN; D]; D]);
     }

@@ -413,7 +413,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
                 factor.solve_in_place(&mut result.dx);
                 Ok(descends(&result.dx, at.g))
             }
-            Err(CholeskyError::NotPositiveDefinite { block_row }) => {
+            Err(CholeskyError::NotPositiveDefinite { block_row, .. }) => {
                 *refused = Some(block_row);
                 Ok(false)
             }

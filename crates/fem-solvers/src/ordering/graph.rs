@@ -42,6 +42,25 @@ impl Graph {
         Self { start, neighbors }
     }
 
+    /// The graph without the edges of some vertices.
+    pub fn isolating(self, vertices: &[usize]) -> Self {
+        if vertices.is_empty() {
+            return self;
+        }
+        let mut alone = vec![false; self.len()];
+        vertices.iter().for_each(|&v| alone[v] = true);
+        let mut start = Vec::with_capacity(self.start.len());
+        let mut neighbors = Vec::with_capacity(self.neighbors.len());
+        start.push(0);
+        for v in 0..self.len() {
+            if !alone[v] {
+                neighbors.extend(self.of(v).iter().filter(|w| !alone[**w as usize]));
+            }
+            start.push(neighbors.len());
+        }
+        Self { start, neighbors }
+    }
+
     pub fn len(&self) -> usize {
         self.start.len() - 1
     }

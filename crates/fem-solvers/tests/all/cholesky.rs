@@ -344,6 +344,9 @@ fn a_pivot_that_rounding_made_no_number_is_not_positive() {
     let symbolic = Arc::new(SymbolicCholesky::new(&pattern));
     assert_eq!(
         CholeskyFactor::<f64, 4>::factor(&symbolic, &a).unwrap_err(),
-        CholeskyError::NotPositiveDefinite { block_row: 0 }
+        CholeskyError::NotPositiveDefinite {
+            block_row: 0,
+            axis: 3
+        }
     );
 }

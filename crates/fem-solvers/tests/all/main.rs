@@ -1,4 +1,5 @@
 //! The crate's tests, in one program: what they share is compiled once.
+mod absent;
 mod cholesky;
 mod common;
 mod continuation;

@@ -90,7 +90,8 @@ fn solved(
         || Ok(face.rig(params)?),
         |rig| {
             let shape = rig.solve(pose)?.positions();
-            Ok((shape, rig.work(), rig.assembly().dofs().unknowns()))
+            let unknowns = rig.assembly().dofs().free_coordinates();
+            Ok((shape, rig.work(), unknowns))
         },
     )?;
     let (shape, work, unknowns) = timed.value;
