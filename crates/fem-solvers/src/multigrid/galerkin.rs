@@ -125,6 +125,9 @@ impl<T: LevelScalar, const D: usize, const K: usize> Kernel for FineProducts<'_,
         for i in self.own {
             for k in plan.start[i]..plan.start[i + 1] {
                 place[plan.columns[k] as usize] = (k - begin) as u32;
+                // Fresh memory that is read before it is written costs two page faults, and one of them
+                // stops the other threads.
+                self.out[k - begin] = [[0.0; K]; D];
             }
             for entry in rows.entries_of(i) {
                 let j = rows.column(entry);
