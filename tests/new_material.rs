@@ -1,4 +1,5 @@
-//! A new material is one new file: a copy of the workspace gets one, and a scene reaches it by name.
+//! A new material is one new file, and a row in `docs/models.md` that `coverage.rs` wants: a copy of the
+//! workspace gets the file, and a scene reaches it by name.
 #![allow(missing_docs)]
 
 use std::path::{Path, PathBuf};

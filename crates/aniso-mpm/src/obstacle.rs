@@ -8,6 +8,7 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// What a node inside an obstacle may do relative to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Contact {
     /// Nothing: it moves with the obstacle.
     Sticky,

@@ -1,4 +1,5 @@
-//! How long equilibria and fits take, for reports: the only clock in the libraries.
+//! How long equilibria and fits take, for reports: the only clock in the libraries but the one that
+//! seeds the conformance suite of `fem-materials`.
 
 use std::time::Duration;
 

@@ -265,7 +265,8 @@ pub(super) fn bounds(surface: &ImplicitSurface<3>) -> [[f64; 3]; 2] {
             *radius,
         ),
         ImplicitSurface::Box { min, max } => [*min, *max],
-        ImplicitSurface::HalfSpace { .. } => [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]],
+        // A half-space has no bounds, and of a shape that is new here none are known.
+        _ => [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]],
     }
 }
 

@@ -19,6 +19,7 @@ use thiserror::Error;
 /// assert_eq!(ball.curvature(&[0.0, 0.0, 2.0]).0[0][0], 1.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ImplicitSurface<const D: usize> {
     /// All points closer than `radius` to `center`.
     Sphere {

@@ -2,7 +2,7 @@
 //!
 //! # The tension T and its two meanings
 //! Here T is always dF₂/dλ, in pascals. Document 000 writes T for two things: in 4.3.3 and in
-//! equations 13-15 (deviatoric stretch) its T is F₂′(λ)/λ, in the form without determinant, in
+//! equations 13-15 (isochoric stretch) its T is F₂′(λ)/λ, in the form without determinant, in
 //! 4.5.2 and in equation 45 it is F₂′(λ). Exchanging them is wrong by a factor λ.
 // ERRATUM: document 000, 4.3.3 uses one symbol for both.
 
@@ -74,7 +74,7 @@ struct Pull<T> {
 }
 
 impl<T: Real> FiberTerm<T> {
-    /// ψ, Pa; +∞ for a deviatoric stretch of an element that is flat or inverted.
+    /// ψ, Pa; +∞ for an isochoric stretch of an element that is flat or inverted.
     #[inline(always)]
     pub fn energy<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>) -> T {
         self.guarded(law, F, self.pull(law, F).energy)
@@ -145,7 +145,7 @@ impl<T: Real> FiberTerm<T> {
     ///
     /// For the plain stretch the eigenvalues are T′ (once, along F a₀), T/λ (twice, across it)
     /// and 0 (six times), all times |a₀|², so filtering the two numbers is exact; this answers
-    /// the open question of document 000, 5.6. The deviatoric stretch has no such form and goes
+    /// the open question of document 000, 5.6. The isochoric stretch has no such form and goes
     /// through the 9×9 matrix.
     #[inline(always)]
     pub fn filtered_derivative<C: TensionCurve>(
@@ -295,7 +295,7 @@ impl<T: Real> FiberTerm<T> {
         }
     }
 
-    /// +∞ outside the domain of the deviatoric stretch.
+    /// +∞ outside the domain of the isochoric stretch.
     #[inline(always)]
     fn guarded<C: TensionCurve>(&self, law: &FiberLaw<C>, F: &Mat<T, 3>, energy: T) -> T {
         match law.stretch {

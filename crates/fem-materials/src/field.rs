@@ -273,17 +273,17 @@ where
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
         self.field
-            .filtered_derivative(&self.splat::<T, _>(), F, filter)
+            .filtered_derivative(&self.splat::<T, _>(), F, projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
         self.field.energy_and_stress(&self.splat::<T, _>(), F)
     }
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
-        self.field.evaluate(&self.splat::<T, _>(), F, filter)
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, projection: HessianProjection) -> Evaluation<T, D> {
+        self.field.evaluate(&self.splat::<T, _>(), F, projection)
     }
 }

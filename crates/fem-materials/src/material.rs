@@ -55,20 +55,20 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
         Tensor4::from_linear_map(|dF| self.stress_differential(F, dF))
     }
 
-    /// ∂P/∂F with its negative eigenvalues treated as `filter` says: block by block for an
+    /// ∂P/∂F with its negative eigenvalues treated as `projection` says: block by block for an
     /// isotropic model, else through the whole D²×D² matrix.
     #[inline(always)]
     fn filtered_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        match (filter, Self::SYMMETRY) {
+        match (projection, Self::SYMMETRY) {
             (HessianProjection::None, _) => self.stress_derivative(F),
             (_, Symmetry::Isotropic) => {
-                isotropic::filtered(F, filter, |F_hat| self.stress_derivative(F_hat))
+                isotropic::filtered(F, projection, |F_hat| self.stress_derivative(F_hat))
             }
-            (_, Symmetry::Anisotropic) => filter.apply(&self.stress_derivative(F)),
+            (_, Symmetry::Anisotropic) => projection.apply(&self.stress_derivative(F)),
         }
     }
 
@@ -80,12 +80,12 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
 
     /// ψ, P and the filtered dP/dF together.
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, projection: HessianProjection) -> Evaluation<T, D> {
         let (energy, stress) = self.energy_and_stress(F);
         Evaluation {
             energy,
             stress,
-            derivative: self.filtered_derivative(F, filter),
+            derivative: self.filtered_derivative(F, projection),
         }
     }
 }

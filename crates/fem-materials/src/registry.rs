@@ -2,6 +2,10 @@
 //!
 //! [`with_solid`] builds any model of solids and hands it, with its own type, to a [`UseSolid`].
 
+mod known;
+
+pub use known::KnownParameters;
+
 use crate::models::register_all;
 use crate::{Lame, LameError, Material, Space};
 use fem_kinematics::Mat;
@@ -122,7 +126,7 @@ impl<M> Entry<M> {
                 return Err(ParameterError::Unknown {
                     model: self.name,
                     name: name.clone(),
-                    known: self.known(),
+                    known: Box::new(self.known()),
                 });
             };
             if own.0.insert(parameter.name.into(), text.clone()).is_some() {
@@ -140,27 +144,19 @@ impl<M> Entry<M> {
             .map(|p| (p.name, p.default))
             .collect()
     }
-    /// The parameters with their units, for people: "c1 in Pa, c2 in Pa".
-    pub fn known(&self) -> String {
-        let with_unit = |p: &Parameter| match p.unit {
-            "" => p.name.to_owned(),
-            unit => format!("{} in {unit}", p.name),
-        };
-        let own: Vec<_> = self.parameters.iter().map(with_unit).collect();
-        let Some(elastic) = self.elastic else {
-            return own.join(", ");
-        };
-        let replaced = elastic(Lame {
-            mu: 1.0,
-            lambda: 1.0,
+    /// The parameters, and the elastic pairs that may stand for some of them.
+    pub fn known(&self) -> KnownParameters {
+        let replaced = self.elastic.map_or_else(Vec::new, |elastic| {
+            elastic(Lame {
+                mu: 1.0,
+                lambda: 1.0,
+            })
         });
-        let replaced: Vec<_> = replaced.iter().map(|(name, _)| *name).collect();
-        let pairs: Vec<_> = self
-            .elastic_pairs()
-            .map(|[a, b]| format!("{} and {}", with_unit(a), with_unit(b)))
-            .collect();
-        let (own, replaced, pairs) = (own.join(", "), replaced.join(", "), pairs.join(" or "));
-        format!("{own} (for {replaced} also {pairs})")
+        KnownParameters {
+            own: self.parameters,
+            replaced: replaced.into_iter().map(|(name, _)| name).collect(),
+            pairs: self.elastic_pairs().collect(),
+        }
     }
 
     /// The pairs that cannot be mistaken for parameters of the model's own.
@@ -283,7 +279,7 @@ pub fn with_solid<U: UseSolid>(
                 Ok(model) => Ok(user.call(model)),
                 Err(source) => Err(ModelError::Parameters {
                     model: entry.name,
-                    known: entry.known(),
+                    known: Box::new(entry.known()),
                     source,
                 }),
             });
@@ -345,8 +341,8 @@ pub enum ModelError {
     Parameters {
         /// The model.
         model: &'static str,
-        /// Its parameters with their units.
-        known: String,
+        /// Its parameters.
+        known: Box<KnownParameters>,
         /// What is wrong.
         source: ParameterError,
     },
@@ -533,8 +529,8 @@ pub enum ParameterError {
         model: &'static str,
         /// The name that was given.
         name: String,
-        /// The names that exist, with their units.
-        known: String,
+        /// The names that exist.
+        known: Box<KnownParameters>,
     },
     /// A parameter that is given under two names, or by itself and by an elastic pair.
     #[error("parameter `{name}` is given twice")]

@@ -59,7 +59,7 @@ const fn pcg(preconditioner: PreconditionerChoice) -> Linear {
 
 /// An equilibrium.
 #[derive(Clone, Debug)]
-pub struct Solved {
+pub struct Equilibrium {
     /// Positions of all nodes, m.
     pub positions: Vec<[f64; 3]>,
     /// What Newton's method says.
@@ -80,7 +80,7 @@ impl Body {
     ///
     /// # Errors
     /// If it does not converge.
-    pub fn solve(&self, linear: Linear, params: &NewtonParams) -> Result<Solved, Failure> {
+    pub fn solve(&self, linear: Linear, params: &NewtonParams) -> Result<Equilibrium, Failure> {
         let problem = Quasistatic::new(&self.assembly, self.start.clone(), self.controls.clone())?;
         let mut x = problem.unknowns();
         let info = match linear {
@@ -96,7 +96,7 @@ impl Body {
                 Newton::with_direction(&problem, direction).solve(&problem, &mut x, params)?
             }
         };
-        Ok(Solved {
+        Ok(Equilibrium {
             positions: problem.positions(&x),
             info,
         })
@@ -111,12 +111,17 @@ impl Body {
         repetitions: usize,
         linear: Linear,
         params: &NewtonParams,
-    ) -> Result<Timed<Solved>, Failure> {
+    ) -> Result<Timed<Equilibrium>, Failure> {
         fastest(repetitions, || self.solve(linear, params))
     }
 
     /// A point of a curve.
-    pub fn point(&self, setting: impl Into<String>, solved: &Timed<Solved>, error: f64) -> Point {
+    pub fn point(
+        &self,
+        setting: impl Into<String>,
+        solved: &Timed<Equilibrium>,
+        error: f64,
+    ) -> Point {
         let info = &solved.value.info;
         Point {
             setting: setting.into(),

@@ -25,14 +25,14 @@ pub struct Part {
 /// A body with everything that an independent sum of its forces needs.
 pub struct Body {
     mesh: SimplexMesh<3>,
-    held: Vec<usize>,
+    prescribed: Vec<usize>,
     parts: Vec<Part>,
     patches: Option<(VolumePatches, Vec<f64>)>,
     terms: Option<Terms>,
 }
 
 /// An equilibrium that was found, and judged.
-pub struct Solved {
+pub struct JudgedEquilibrium {
     /// Positions of all nodes, m.
     pub positions: Vec<[f64; 3]>,
     /// What the solver says.
@@ -47,7 +47,7 @@ impl Body {
         let elements = (0..mesh.num_elements()).collect();
         Self {
             mesh,
-            held: Vec::new(),
+            prescribed: Vec::new(),
             parts: vec![Part { elements, material }],
             patches: None,
             terms: None,
@@ -64,7 +64,7 @@ impl Body {
     #[must_use]
     pub fn holding(mut self, wanted: impl Fn([f64; 3]) -> bool) -> Self {
         let nodes = self.mesh.nodes();
-        self.held = (0..nodes.len()).filter(|&n| wanted(nodes[n])).collect();
+        self.prescribed = (0..nodes.len()).filter(|&n| wanted(nodes[n])).collect();
         self
     }
 
@@ -121,7 +121,7 @@ impl Body {
 
     /// Everything in it.
     pub fn assembly(&self) -> Result<Assembly<3>, Failure> {
-        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &self.held)?;
+        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &self.prescribed)?;
         let mut builder = AssemblyBuilder::new(&self.mesh, dofs)?;
         for Part { elements, material } in &self.parts {
             let Named { model, parameters } = material;
@@ -141,7 +141,7 @@ impl Body {
         let Some(terms) = &self.terms else {
             return Ok(None);
         };
-        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &self.held)?;
+        let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &self.prescribed)?;
         let mut alone = terms(AssemblyBuilder::new(&self.mesh, dofs)?)?.build()?;
         let at = alone.configuration(x, &[])?;
         alone.renew(at)?;
@@ -149,15 +149,16 @@ impl Body {
         Ok(Some(forces.into_iter().map(|f| f.map(|c| -c)).collect()))
     }
 
-    /// Places of all nodes: those that are held where `held` moves them, the others where `free` does.
+    /// Places of all nodes: those that are prescribed where `prescribed` moves them, the others where
+    /// `free` does.
     pub fn placed(
         &self,
-        held: impl Fn([f64; 3]) -> [f64; 3],
+        prescribed: impl Fn([f64; 3]) -> [f64; 3],
         mut free: impl FnMut([f64; 3]) -> [f64; 3],
     ) -> Vec<[f64; 3]> {
         let mut x: Vec<[f64; 3]> = self.mesh.nodes().iter().map(|&p| free(p)).collect();
-        for &n in &self.held {
-            x[n] = held(self.mesh.nodes()[n]);
+        for &n in &self.prescribed {
+            x[n] = prescribed(self.mesh.nodes()[n]);
         }
         x
     }
@@ -168,7 +169,7 @@ impl Body {
         start: Vec<[f64; 3]>,
         settings: &Settings,
         steps: usize,
-    ) -> Result<Solved, Failure> {
+    ) -> Result<JudgedEquilibrium, Failure> {
         self.solve_with(start, &settings.newton(steps))
     }
 
@@ -177,7 +178,7 @@ impl Body {
         &self,
         start: Vec<[f64; 3]>,
         params: &NewtonParams,
-    ) -> Result<Solved, Failure> {
+    ) -> Result<JudgedEquilibrium, Failure> {
         let mut assembly = self.assembly()?;
         let mut newton = Newton::new(&Quasistatic::new(&assembly, start.clone(), vec![])?);
         let solved = solve_renewing(&mut assembly, &mut newton, start, &[], params);
@@ -189,7 +190,7 @@ impl Body {
             .info
             .ok_or_else(|| Failure::lie("a solution without a solve"))?;
         let evidence = self.judge(&assembly, &solved.positions, params, &info)?;
-        Ok(Solved {
+        Ok(JudgedEquilibrium {
             positions: solved.positions,
             evidence: Evidence {
                 steps: solved.iterations,
@@ -199,14 +200,14 @@ impl Body {
         })
     }
 
-    /// From rest to where `to` puts what is held at each share of the way: each part from the last,
-    /// halved where that fails.
+    /// From rest to where `to` puts what is prescribed at each share of the way: each part from the
+    /// last, halved where that fails.
     pub fn walk(
         &self,
         to: impl Fn(f64) -> Vec<[f64; 3]>,
         parts: usize,
         params: &NewtonParams,
-    ) -> Result<Solved, Failure> {
+    ) -> Result<JudgedEquilibrium, Failure> {
         let walk = ContinuationParams {
             smallest_step: 1.0 / 64.0,
             ..ContinuationParams::default()
@@ -228,7 +229,7 @@ impl Body {
             steps,
             ..last.evidence
         };
-        Ok(Solved { evidence, ..last })
+        Ok(JudgedEquilibrium { evidence, ..last })
     }
 
     /// Trusts nothing of a solution.

@@ -5,6 +5,7 @@ use serde::Serialize;
 /// What holds a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Bone {
     /// Nothing: the node is free (x^U of document 000).
     #[default]

@@ -16,6 +16,7 @@ pub struct Control {
 
 /// What a control does.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Effect {
     /// It is the next control of the assembly past those of the muscles: a pressure (pascals), the
     /// factor of a load, the relative change of a strength or stiffness.

@@ -5,7 +5,7 @@ mod prediction;
 use self::prediction::Change;
 use super::control::{Control, Controls};
 use super::error::{PartError, RigError};
-use super::jacobian::{Sensitivity, Solved};
+use super::jacobian::{CountedFactor, Sensitivity};
 use super::parameters::Parameters;
 use super::work::Work;
 use crate::stopwatch::Stopwatch;
@@ -365,7 +365,7 @@ impl Rig {
             ..
         } = self;
         let tangent = tangent.as_ref().ok_or(RigError::NoTangent)?;
-        let factor = Solved {
+        let factor = CountedFactor {
             factor: &tangent.factor,
             right_hand_sides,
         };

@@ -25,17 +25,17 @@ pub struct Sensitivity<'a> {
     loads: Loads<'a>,
     solved: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
-    factor: Solved<'a>,
+    factor: CountedFactor<'a>,
 }
 
 /// A factor that counts what it solves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Solved<'a> {
+pub(super) struct CountedFactor<'a> {
     pub factor: &'a CholeskyFactor<f64, 3>,
     pub right_hand_sides: &'a AtomicUsize,
 }
 
-impl Solved<'_> {
+impl CountedFactor<'_> {
     fn solve_many(&self, block: &mut [f64], count: usize) {
         self.right_hand_sides.fetch_add(count, Ordering::Relaxed);
         self.factor.solve_many(block, count);
@@ -49,7 +49,7 @@ impl<'a> Sensitivity<'a> {
         controls: &'a Controls,
         solved: &'a Equilibrium,
         energy: &'a [f64],
-        factor: Solved<'a>,
+        factor: CountedFactor<'a>,
     ) -> Result<Self, AssemblyError> {
         Ok(Self {
             loads: Loads {

@@ -73,6 +73,7 @@ impl Parameters {
 
 /// A direction in the space of θ: one column of dx/dθ.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Direction {
     /// dα of one muscle.
     Activation(usize),

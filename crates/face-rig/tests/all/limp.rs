@@ -8,11 +8,11 @@ use fem_materials::NeoHookean;
 #[test]
 fn flesh_whose_moduli_are_all_zero_is_refused_by_a_rig() {
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
-    let held: Vec<usize> = (0..mesh.num_nodes())
+    let prescribed: Vec<usize> = (0..mesh.num_nodes())
         .filter(|&n| mesh.nodes()[n][2] == 0.0)
         .collect();
     let rig = |lambda: f64| {
-        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
         let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
         let flesh = NeoHookean { mu: 0.0, lambda };
         let assembly = builder.material(flesh).unwrap().build().unwrap();

@@ -12,7 +12,8 @@ struct CurvedMuscle {
     half_thickness_m: f64,
     #[serde(default)]
     closed_loop: bool,
-    fibres: Vec<Vec<CurvePoint>>,
+    #[serde(rename = "fibres")]
+    fibers: Vec<Vec<CurvePoint>>,
 }
 #[derive(Deserialize)]
 struct CurvePoint {
@@ -25,7 +26,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<(String, Course)>, SceneError> {
     let listed: Vec<CurvedMuscle> = json::read(path)?;
     let course = |muscle: CurvedMuscle| {
         let points = |line: Vec<CurvePoint>| line.into_iter().map(|p| p.point_m).collect();
-        let section = match muscle.fibres.len() {
+        let section = match muscle.fibers.len() {
             0 | 1 => Section::Round {
                 radius: muscle.half_thickness_m,
             },
@@ -35,7 +36,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<(String, Course)>, SceneError> {
             },
         };
         let course = Course {
-            lines: muscle.fibres.into_iter().map(points).collect(),
+            lines: muscle.fibers.into_iter().map(points).collect(),
             closed: muscle.closed_loop,
             section,
         };

@@ -1,4 +1,5 @@
-//! The kinds of energy, one to a file; none knows of another.
+//! The kinds of energy, one to a file; none computes with another's numbers. Loads on surfaces are made
+//! into [`NodalLoads`], and [`Scaled`] multiplies any term, of which it knows the trait alone.
 
 mod cavity;
 mod contact;

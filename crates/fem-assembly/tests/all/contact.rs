@@ -52,11 +52,11 @@ fn with_pressure(mesh: &SimplexMesh<3>, gap: f64, pressure: f64) -> Assembly<3> 
     touching(mesh, gap, contact)
 }
 
-/// Blocks that are held below and above, touching each other.
+/// Blocks that are prescribed below and above, touching each other.
 pub(crate) fn touching(mesh: &SimplexMesh<3>, gap: f64, contact: FleshContact) -> Assembly<3> {
     let rest = mesh.nodes();
-    let held = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] > 1.65 + gap;
-    let prescribed: Vec<usize> = (0..rest.len()).filter(held).collect();
+    let is_prescribed = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] > 1.65 + gap;
+    let prescribed: Vec<usize> = (0..rest.len()).filter(is_prescribed).collect();
     let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     let flesh = NeoHookean {
         mu: 1e4,

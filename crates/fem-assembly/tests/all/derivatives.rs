@@ -26,8 +26,8 @@ fn bar() -> SimplexMesh<3> {
 fn assembly(stretch: Stretch) -> (Assembly<3>, Vec<Point>) {
     let mesh = bar();
     let rest = mesh.nodes();
-    let fixed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == 0.0).collect();
-    let dofs = Dofs::new(rest, &fixed, &[(rest.len() - 1, 1)]).unwrap();
+    let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == 0.0).collect();
+    let dofs = Dofs::new(rest, &prescribed, &[(rest.len() - 1, 1)]).unwrap();
     let count = mesh.elements().len();
     let fibers: Vec<Fiber> = (0..count)
         .filter(|e| e % 3 != 0)

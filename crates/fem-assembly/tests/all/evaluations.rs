@@ -31,15 +31,17 @@ struct Bar {
 
 fn bar(stretch: f64) -> Bar {
     let mesh = kuhn_grid(6, 2, 2, [6.0, 2.0, 2.0]).unwrap();
-    let held = |p: &[f64; 3]| p[0] <= 1.0 || p[0] == 6.0;
+    let is_prescribed = |p: &[f64; 3]| p[0] <= 1.0 || p[0] == 6.0;
     let rest = mesh.nodes();
-    let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| held(&rest[n])).collect();
+    let prescribed: Vec<usize> = (0..rest.len())
+        .filter(|&n| is_prescribed(&rest[n]))
+        .collect();
     let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     let moved = rest
         .iter()
         .map(|p| [p[0].min(1.0) + stretch * (p[0] - 1.0).max(0.0), p[1], p[2]]);
     let felt = (mesh.connectivity().chunks(4))
-        .filter(|element| element.iter().any(|&n| !held(&rest[n as usize])))
+        .filter(|element| element.iter().any(|&n| !is_prescribed(&rest[n as usize])))
         .count() as u64;
     Bar {
         moved: moved.collect(),

@@ -91,8 +91,8 @@ fn two_bodies_and_a_lost_node_are_told_apart() {
     let mesh = SimplexMesh::with_repairs(nodes, elements, Orientation::Refuse, Orphans::Allow)
         .unwrap()
         .0;
-    let held = at(&mesh, |p| p[0] == 0.0);
-    let free = parts(&mesh, &held, &[]);
+    let prescribed = at(&mesh, |p| p[0] == 0.0);
+    let free = parts(&mesh, &prescribed, &[]);
     assert_eq!(free.len(), 2, "{free:?}");
     assert_eq!(
         (free[0].nodes, free[0].motions.len(), free[0].alone),
@@ -135,9 +135,9 @@ fn springs_hold_what_they_pull_back() {
 #[test]
 fn flesh_without_stiffness_is_named_and_flesh_with_any_is_not() {
     let mesh = block();
-    let held = at(&mesh, |p| p[2] == 0.0);
+    let prescribed = at(&mesh, |p| p[2] == 0.0);
     let parts = |mu: f64, lambda: f64| {
-        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
         let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
         let flesh = NeoHookean { mu, lambda };
         let assembly = builder.material(flesh).unwrap().build().unwrap();

@@ -13,13 +13,13 @@ const FLESH: NeoHookean = NeoHookean {
     lambda: 2e5,
 };
 
-/// n × n × 4n cubes; its ends are held.
+/// n × n × 4n cubes; its ends are prescribed.
 fn bar(n: usize) -> Assembly<3> {
     let mesh = kuhn_grid(n, n, 4 * n, [0.1, 0.1, 0.4]).unwrap();
-    let held: Vec<usize> = (0..mesh.nodes().len())
+    let prescribed: Vec<usize> = (0..mesh.nodes().len())
         .filter(|&k| mesh.nodes()[k][2] == 0.0 || mesh.nodes()[k][2] > 0.4 - 1e-9)
         .collect();
-    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
     built(AssemblyBuilder::new(&mesh, dofs).unwrap())
 }
 

@@ -5,14 +5,14 @@ use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::{Material, MooneyRivlin, NeoHookean, Sum, VolumetricLog};
 use fem_solvers::{Newton, NewtonParams, StopReason};
 
-/// A cube of edge `size`, meters, in n³ cells, its ends held.
+/// A cube of edge `size`, meters, in n³ cells, its ends prescribed.
 fn block<M: Material<3> + 'static>(n: usize, size: f64, material: M) -> Assembly<3> {
     let mesh = kuhn_grid(n, n, n, [size; 3]).unwrap();
     let far = mesh.nodes().iter().fold(0.0_f64, |m, p| m.max(p[0]));
-    let held: Vec<usize> = (0..mesh.nodes().len())
+    let prescribed: Vec<usize> = (0..mesh.nodes().len())
         .filter(|&k| mesh.nodes()[k][0] == 0.0 || mesh.nodes()[k][0] == far)
         .collect();
-    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &held).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
     AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(material)

@@ -19,11 +19,11 @@ pub fn kept<const D: usize>(
         .configuration(&positions, problem.controls())
         .unwrap();
     let left = assembly.dofs().gather(&assembly.forces_everywhere(at));
-    let fixed = fixed_axes(problem, x);
+    let prescribed = prescribed_axes(problem, x);
     let scales = problem.gradient_scales(x);
     // Another order of the sums has another rounding: twice the floor.
     let floor = rounding(problem, x);
-    for (i, force) in left.iter().enumerate().filter(|(i, _)| !fixed[*i]) {
+    for (i, force) in left.iter().enumerate().filter(|(i, _)| !prescribed[*i]) {
         let scale = params.reference.or_else(|| Some(scales.as_ref()?[i]));
         let share = params.relative_gradient_tolerance * scale.unwrap_or(0.0);
         let allowed = match info.stop {
@@ -40,7 +40,7 @@ pub fn kept<const D: usize>(
 }
 
 /// Axes of partly free nodes that are prescribed: their force is a reaction.
-fn fixed_axes<const D: usize>(problem: &Quasistatic<'_, D>, x: &[f64]) -> Vec<bool> {
+fn prescribed_axes<const D: usize>(problem: &Quasistatic<'_, D>, x: &[f64]) -> Vec<bool> {
     let moved: Vec<f64> = x.iter().map(|x| x + 1.0).collect();
     let back = problem.assembly().dofs().gather(&problem.positions(&moved));
     // A solve may leave rounding in what it does not move.

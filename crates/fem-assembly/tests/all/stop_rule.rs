@@ -22,8 +22,8 @@ fn grid(size: f64) -> SimplexMesh<3> {
     kuhn_grid(2 * N, N, N, [2.0 * size, size, size]).unwrap()
 }
 
-/// Both ends held.
-fn held(mesh: &SimplexMesh<3>, size: f64) -> Dofs<3> {
+/// Both ends prescribed.
+fn prescribed_ends(mesh: &SimplexMesh<3>, size: f64) -> Dofs<3> {
     let at_end = |p: &[f64; 3]| p[0] == 0.0 || (p[0] - 2.0 * size).abs() < 1e-9 * size;
     let nodes: Vec<usize> = (0..mesh.nodes().len())
         .filter(|&n| at_end(&mesh.nodes()[n]))
@@ -54,7 +54,7 @@ fn two_parts(mu: f64, ratio: f64, stiff: impl Fn([f64; 3]) -> bool) -> Assembly<
         };
         part.push(e);
     }
-    let dofs = held(&mesh, 1.0);
+    let dofs = prescribed_ends(&mesh, 1.0);
     let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
     let builder = builder.region(&soft, flesh(mu)).unwrap();
     let builder = builder.region(&hard, flesh(ratio * mu)).unwrap();
@@ -187,7 +187,7 @@ fn the_rule_moves_with_no_unit_no_start_and_no_offset_of_the_energy() {
         for size in [1e-3, 1.0, 1e3] {
             for offset in [0.0, 1e12] {
                 let mesh = grid(size);
-                let assembly = AssemblyBuilder::new(&mesh, held(&mesh, size)).unwrap();
+                let assembly = AssemblyBuilder::new(&mesh, prescribed_ends(&mesh, size)).unwrap();
                 let assembly = assembly.material(flesh(mu)).unwrap();
                 // In units of the energy that the body stores.
                 let offset = Offset(offset * 1e-3 * mu * size.powi(3));
@@ -235,7 +235,7 @@ fn a_free_block_at_rest_is_done() {
 #[test]
 fn a_tiny_pull_is_followed() {
     let mesh = grid(1.0);
-    let assembly = AssemblyBuilder::new(&mesh, held(&mesh, 1.0)).unwrap();
+    let assembly = AssemblyBuilder::new(&mesh, prescribed_ends(&mesh, 1.0)).unwrap();
     let assembly = assembly.material(flesh(1e4)).unwrap().build().unwrap();
     let start = pulled(&assembly, 1.0, 1e-8);
     let (found, info) = solve(&assembly, start, LinearSolver::Direct, "a tiny pull");

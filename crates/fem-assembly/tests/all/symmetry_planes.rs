@@ -23,8 +23,8 @@ const STRETCH: f64 = 1.3;
 /// An eighth of a block of n³ cubes whose top moves up and slides sideways.
 fn dofs(nodes: &[[f64; 3]]) -> Dofs<3> {
     let axes = nodes.iter().enumerate().flat_map(|(n, p)| {
-        let held = [p[0] == 0.0, p[1] == 0.0, p[2] == 0.0 || p[2] == 1.0];
-        (0..3).filter(move |&k| held[k]).map(move |k| (n, k))
+        let prescribed = [p[0] == 0.0, p[1] == 0.0, p[2] == 0.0 || p[2] == 1.0];
+        (0..3).filter(move |&k| prescribed[k]).map(move |k| (n, k))
     });
     Dofs::new(nodes, &[], &axes.collect::<Vec<_>>()).unwrap()
 }

@@ -42,6 +42,7 @@ use crate::{Material, Outlined, Symmetry};
 
 /// A promise that not every material makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Claim {
     /// Rotating the deformed body changes nothing. All but linear elasticity.
     Objective,

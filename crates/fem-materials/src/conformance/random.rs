@@ -54,15 +54,25 @@ impl Random {
     }
 }
 
-/// A seed from `FEM_SEED` (decimal, or hexadecimal after `0x`) where it is set, else from the clock.
+/// A seed from `FEM_SEED` (decimal, or hexadecimal after `0x`) where it is set, else from the clock;
+/// in a browser, which has neither, always the same one.
 pub fn fresh_seed() -> u64 {
     std::env::var("FEM_SEED")
         .ok()
         .and_then(|text| parse_seed(&text))
-        .unwrap_or_else(|| {
-            let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-            now.map_or(1, |d| Random::new(d.as_nanos() as u64).bits())
-        })
+        .unwrap_or_else(unasked_seed)
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn unasked_seed() -> u64 {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    now.map_or(1, |d| Random::new(d.as_nanos() as u64).bits())
+}
+
+/// There is no clock, and asking for one would be a panic.
+#[cfg(target_family = "wasm")]
+fn unasked_seed() -> u64 {
+    Random::new(1).bits()
 }
 
 /// Reads a seed as it is printed: decimal, or hexadecimal after `0x`.

@@ -1,4 +1,4 @@
-//! Energies W(i) of the deviatoric first invariant i = J^(−2/3) tr C − 3, with a volume term.
+//! Energies W(i) of the isochoric first invariant i = J^(−2/3) tr C − 3, with a volume term.
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{RestMeasures, infinite_unless_positive};
@@ -41,7 +41,7 @@ pub struct FirstInvariant<W> {
 }
 
 /// i and what its derivatives need.
-pub(crate) struct Deviatoric<T: Real> {
+pub(crate) struct Isochoric<T: Real> {
     /// i = J^(−2/3) tr C − 3, without cancellation near rest.
     pub i: T,
     /// ∂i/∂F = 2 J^(−2/3) (F − tr C/3 F⁻ᵀ).
@@ -58,7 +58,7 @@ pub(crate) struct Deviatoric<T: Real> {
     trace: T,
 }
 
-impl<T: Real> Deviatoric<T> {
+impl<T: Real> Isochoric<T> {
     #[inline(always)]
     pub(crate) fn new(F: &Mat<T, 3>) -> Self {
         let f = T::from_f64;
@@ -108,19 +108,19 @@ impl<W: FirstInvariantEnergy> Material<3> for FirstInvariant<W> {
 
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, 3>) -> T {
-        let d = Deviatoric::new(F);
+        let d = Isochoric::new(F);
         let [w, _, _] = self.shape.energy_and_slopes(d.i);
         infinite_unless_positive(d.J, w + self.volume.energy(d.log_J))
     }
     #[inline(always)]
     fn stress<T: Real>(&self, F: &Mat<T, 3>) -> Mat<T, 3> {
-        let d = Deviatoric::new(F);
+        let d = Isochoric::new(F);
         let [_, w1, _] = self.shape.energy_and_slopes(d.i);
         d.gradient.scale(w1) + d.H.scale(self.volume.pressure(d.log_J))
     }
     #[inline(always)]
     fn stress_differential<T: Real>(&self, F: &Mat<T, 3>, dF: &Mat<T, 3>) -> Mat<T, 3> {
-        let d = Deviatoric::new(F);
+        let d = Isochoric::new(F);
         let [_, w1, w2] = self.shape.energy_and_slopes(d.i);
         let (K, p) = (T::from_f64(self.volume.K), self.volume.pressure(d.log_J));
         d.gradient.scale(w2 * d.gradient.dot(dF))
@@ -130,7 +130,7 @@ impl<W: FirstInvariantEnergy> Material<3> for FirstInvariant<W> {
     }
     #[inline(always)]
     fn stress_derivative<T: Real>(&self, F: &Mat<T, 3>) -> Tensor4<T, 3> {
-        let d = Deviatoric::new(F);
+        let d = Isochoric::new(F);
         let [_, w1, w2] = self.shape.energy_and_slopes(d.i);
         let terms = Terms::new()
             .outer(w2, &d.gradient, &d.gradient)

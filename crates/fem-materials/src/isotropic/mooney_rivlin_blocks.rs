@@ -34,7 +34,7 @@ impl<T: Real> Shared<T> {
 /// P = w₁₂ F̂ − w₂ F̂³ + (p − p_f) F̂⁻¹ + J_cc T F̂ f fᵀ, f = Vᵀ a₀ the fiber seen from there.
 ///
 /// `coefficients` are A, B, K in Pa; `tension` is the document's T of section 4.3.3, which is
-/// F₂′(λ)/λ with the deviatoric λ.
+/// F₂′(λ)/λ with the isochoric stretch λ.
 // ERRATUM: with C redefined as F̂², I₁ = tr C stands for tr F̂², not for J_cc tr F̂² as in 4.2.
 #[inline(always)]
 pub fn combined_stress<T: Real>(

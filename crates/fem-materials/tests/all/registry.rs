@@ -214,7 +214,12 @@ fn errors_name_the_model_its_parameters_and_their_units() {
     assert!(matches!(error, ModelError::Unknown { known, .. } if known == solid_names()));
     assert!(text.contains("`yeo`") && text.contains("yeoh"), "{text}");
 
-    let (_, text) = refused("neo_hookean", &[("young", "3e4"), ("nu", "0.4")]);
+    let (error, text) = refused("neo_hookean", &[("young", "3e4"), ("nu", "0.4")]);
+    let ModelError::Parameters { known, .. } = error else {
+        panic!("{text}")
+    };
+    assert_eq!((known.own.len(), known.pairs.len()), (2, 2));
+    assert!(text.ends_with(&known.to_string()), "{text}");
     assert!(text.contains("has no parameter"), "{text}");
     assert!(text.contains("young in Pa and poisson"), "{text}");
     assert!(!text.contains("lambda in Pa and mu in Pa"), "{text}");

@@ -4,7 +4,7 @@ use crate::common::{Lcg, grid_matrix, max_abs};
 use fem_solvers::*;
 use std::sync::Arc;
 
-/// Free nodes of n × n × 4n cubes, six tetrahedra each, held at one end; edges of the Kuhn grid.
+/// Free nodes of n × n × 4n cubes, six tetrahedra each, prescribed at one end; edges of the Kuhn grid.
 struct Bar {
     points: Vec<[f64; 3]>,
     matrix: BlockSymmetric<3>,
@@ -12,10 +12,10 @@ struct Bar {
 
 /// Springs that resist changes of length alone: between free ends their matrix takes the six rigid
 /// motions to zero.
-fn bar(n: usize, held: bool) -> Bar {
+fn bar(n: usize, prescribed_end: bool) -> Bar {
     let (nx, ny, nz) = (n + 1, n + 1, 4 * n + 1);
     let index = |x: usize, y: usize, z: usize| (z * ny + y) * nx + x;
-    let below = if held { nx * ny } else { 0 };
+    let below = if prescribed_end { nx * ny } else { 0 };
     let h = 1.0 / n as f64;
     let corners = [
         (1, 0, 0),
@@ -261,33 +261,33 @@ fn what_is_not_positive_definite_is_refused() {
     );
     assert!(!multigrid.fits(&free.matrix) && multigrid.info().is_none());
 
-    let held = bar(4, true);
+    let prescribed = bar(4, true);
     // Only what moves as a whole is unstable: no block of the diagonal shows it.
-    let mut pushed = held.matrix.clone();
+    let mut pushed = prescribed.matrix.clone();
     for i in 0..pushed.pattern().blocks() {
         let k = pushed.pattern().diagonal(i);
         (0..3).for_each(|c| pushed.values_mut()[k][c][c] -= 0.05);
     }
-    let refused = multigrid_of(&held, &pushed);
+    let refused = multigrid_of(&prescribed, &pushed);
     assert!(
         matches!(refused, Err(PreconditionerError::NegativeCurvature { .. })),
         "{refused:?}"
     );
 
-    let mut flipped = held.matrix.clone();
+    let mut flipped = prescribed.matrix.clone();
     let k = flipped.pattern().diagonal(7);
     flipped.values_mut()[k][1][1] *= -1.0;
-    let refused = multigrid_of(&held, &flipped);
+    let refused = multigrid_of(&prescribed, &flipped);
     assert_eq!(
         refused,
         Err(PreconditionerError::NotPositiveDefinite { block: 7 })
     );
 
     for bad in [f64::NAN, f64::INFINITY] {
-        let mut broken = held.matrix.clone();
+        let mut broken = prescribed.matrix.clone();
         let k = broken.pattern().row_start()[30];
         broken.values_mut()[k][0][2] = bad;
-        let refused = multigrid_of(&held, &broken);
+        let refused = multigrid_of(&prescribed, &broken);
         assert_eq!(refused, Err(PreconditionerError::NonFinite { block: 30 }));
     }
 }

@@ -42,9 +42,9 @@ impl Load {
                 Dofs::with_prescribed_nodes(nodes, &ends)?
             }
             Self::Bend => {
-                let clamped: Vec<usize> = at(0.0).collect();
+                let prescribed: Vec<usize> = at(0.0).collect();
                 let pushed: Vec<(usize, usize)> = at(LENGTH).map(|n| (n, 0)).collect();
-                Dofs::new(nodes, &clamped, &pushed)?
+                Dofs::new(nodes, &prescribed, &pushed)?
             }
         })
     }

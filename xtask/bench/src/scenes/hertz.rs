@@ -60,10 +60,10 @@ fn block(n: usize) -> Result<(Body, Vec<usize>), Failure> {
     let mesh = quarter(n)?;
     let rest = mesh.nodes();
     let bottom = rest.iter().fold(0.0_f64, |m, p| m.min(p[2]));
-    let held: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == bottom).collect();
+    let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][2] == bottom).collect();
     let planes = rest.iter().enumerate();
     let planes = planes.flat_map(|(n, p)| (0..2).filter(|&a| p[a] == 0.0).map(move |a| (n, a)));
-    let dofs = Dofs::new(rest, &held, &planes.collect::<Vec<_>>())?;
+    let dofs = Dofs::new(rest, &prescribed, &planes.collect::<Vec<_>>())?;
     let faces = mesh.boundary_faces(|n| mesh.node(n)[2] == 0.0);
     let params = RigidContactParams {
         activation: 0.01 * DEPTH,
@@ -83,13 +83,13 @@ fn block(n: usize) -> Result<(Body, Vec<usize>), Failure> {
         start: rest.iter().map(|p| [p[0], p[1], p[2] + DEPTH]).collect(),
         controls: vec![],
     };
-    Ok((body, held))
+    Ok((body, prescribed))
 }
 
 fn pressed(n: usize, repetitions: usize) -> Result<Point, Failure> {
     let stiffness = YOUNG / (1.0 - POISSON * POISSON);
     let exact = 4.0 / 3.0 * stiffness * RADIUS.sqrt() * DEPTH.powf(1.5);
-    let (body, held) = block(n)?;
+    let (body, prescribed) = block(n)?;
     let params = NewtonParams {
         projection: ProjectionPolicy::ExactThenShifted,
         ..to(1e-8)
@@ -97,7 +97,7 @@ fn pressed(n: usize, repetitions: usize) -> Result<Point, Failure> {
     let solved = body.timed(repetitions, DIRECT, &params)?;
     let at = body.assembly.configuration(&solved.value.positions, &[])?;
     let forces = body.assembly.forces_everywhere(at);
-    let force = 4.0 * held.iter().map(|&n| forces[n][2]).sum::<f64>();
+    let force = 4.0 * prescribed.iter().map(|&n| forces[n][2]).sum::<f64>();
     let error = (force.abs() / exact - 1.0).abs();
     Ok(body.point(format!("n = {n}"), &solved, error))
 }

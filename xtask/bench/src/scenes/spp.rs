@@ -70,15 +70,15 @@ fn is(coordinate: f64, value: f64) -> bool {
     (coordinate - value).abs() < 1e-9 * SIZE
 }
 
-/// Bottom on rollers, top held sideways, two planes of symmetry.
+/// Bottom on rollers, top prescribed sideways, two planes of symmetry.
 fn dofs(nodes: &[[f64; 3]]) -> Result<Dofs<3>, Failure> {
-    let held = |&[x, y, z]: &[f64; 3]| {
+    let prescribed = |&[x, y, z]: &[f64; 3]| {
         let top = is(z, SIZE);
         [is(x, SIZE) || top, is(y, SIZE) || top, z == 0.0]
     };
     let axes = nodes.iter().enumerate().flat_map(|(n, p)| {
-        let held = held(p);
-        (0..3).filter(move |&a| held[a]).map(move |a| (n, a))
+        let prescribed = prescribed(p);
+        (0..3).filter(move |&a| prescribed[a]).map(move |a| (n, a))
     });
     Ok(Dofs::new(nodes, &[], &axes.collect::<Vec<_>>())?)
 }

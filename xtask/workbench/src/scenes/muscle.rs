@@ -18,7 +18,8 @@ struct A3 {
     #[serde(rename = "fibre_direction")]
     fiber_direction: [f64; 3],
     parameters: BTreeMap<String, f64>,
-    clamped_left: Vec<usize>,
+    #[serde(rename = "clamped_left")]
+    prescribed_left: Vec<usize>,
     right_face: Vec<usize>,
     pull: f64,
     cases: Vec<A3Case>,
@@ -29,7 +30,8 @@ struct A3Case {
     deviatoric: FiberStretch,
     variant: String,
     curve: Curve,
-    sigma_max: f64,
+    #[serde(rename = "sigma_max")]
+    max_isometric_stress: f64,
     activation: f64,
     energy: f64,
     x: Vec<[f64; 3]>,
@@ -62,7 +64,7 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         if !extent.takes(index) {
             continue;
         }
-        let mut prescribed = scene.clamped_left.clone();
+        let mut prescribed = scene.prescribed_left.clone();
         let mut start = mesh.nodes().to_vec();
         if case.variant == "pulled" {
             prescribed.extend(&scene.right_face);
@@ -74,7 +76,7 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
             element,
             control: 0,
             direction: scene.fiber_direction,
-            max_isometric_stress: case.sigma_max,
+            max_isometric_stress: case.max_isometric_stress,
             optimal_stretch: case.curve.lambda_ofl,
         };
         let fibers: Vec<Fiber> = scene.muscle_tets.iter().map(fiber).collect();
@@ -106,7 +108,8 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
 struct A5 {
     #[serde(flatten)]
     mesh: Mesh,
-    clamped: Vec<usize>,
+    #[serde(rename = "clamped")]
+    prescribed: Vec<usize>,
     penalty_nodes: Vec<usize>,
     parameters: BTreeMap<String, f64>,
     cases: Vec<A5Case>,
@@ -171,7 +174,7 @@ pub fn a5(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
             stiffness: case.epsilon,
             obstacle,
         };
-        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.clamped)?;
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.prescribed)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
         let assembly = flesh
             .add_to(builder, mesh.num_elements())?

@@ -16,7 +16,8 @@ use std::path::Path;
 struct A4 {
     #[serde(flatten)]
     mesh: Mesh,
-    clamped: Vec<usize>,
+    #[serde(rename = "clamped")]
+    prescribed: Vec<usize>,
     starts: BTreeMap<String, Vec<[f64; 3]>>,
     cases: Vec<A4Case>,
 }
@@ -40,7 +41,7 @@ pub fn a4(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         if !extent.takes(index) {
             continue;
         }
-        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.clamped)?;
+        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &scene.prescribed)?;
         let builder = AssemblyBuilder::new(&mesh, dofs)?;
         let assembly = case
             .material

@@ -26,7 +26,8 @@ pub(super) struct B0 {
 
 #[derive(Deserialize)]
 struct Muscle {
-    sigma_max: f64,
+    #[serde(rename = "sigma_max")]
+    max_isometric_stress: f64,
     tets: Vec<usize>,
     #[serde(rename = "fibres")]
     fibers: Vec<[f64; 3]>,
@@ -43,7 +44,7 @@ impl B0 {
                     element,
                     control,
                     direction,
-                    max_isometric_stress: muscle.sigma_max,
+                    max_isometric_stress: muscle.max_isometric_stress,
                     optimal_stretch: self.curve.lambda_ofl,
                 });
             }
