@@ -66,7 +66,8 @@ pub struct Evaluations {
     pub decompositions: u64,
     /// Stencils whose Hessian was filtered.
     pub projections: u64,
-    /// Looks for what is near ([`Assembly::renew`](crate::Assembly::renew)).
+    /// Looks for what is near ([`Assembly::renew`](crate::Assembly::renew)), one for each call of a
+    /// body with contact; the candidates that a look weighs are not counted.
     pub searches: u64,
 }
 

@@ -32,7 +32,7 @@ pub struct Change {
     pub ratio: f64,
     /// The point that became slower most, and by which ratio.
     pub worst: (String, f64),
-    /// Points whose error has more than doubled.
+    /// Points whose error has more than doubled, whatever its sign.
     pub less_exact: Vec<String>,
     /// Instructions now over instructions then, where both were counted.
     pub instructions: Option<f64>,
@@ -85,7 +85,7 @@ impl Baseline {
     /// What has changed since then, scene by scene, in what both have.
     ///
     /// # Errors
-    /// If they ran on different machines: their seconds cannot be compared.
+    /// If they ran on different machines, whose seconds cannot be compared, or have no point in common.
     pub fn changes_since(&self, then: &Self) -> Result<Vec<Change>, Failure> {
         if self.machine != then.machine {
             let told = format!(
@@ -103,6 +103,10 @@ impl Baseline {
                 scenes.entry(scene_of(key)).or_default().push((key, ratio));
             }
         }
+        if scenes.is_empty() {
+            let told = "the baseline has no point of this run: nothing is compared";
+            return Err(Failure::Failed(told.into()));
+        }
         let all = scenes.into_iter();
         Ok(all.map(|(scene, r)| self.change(then, scene, &r)).collect())
     }
@@ -110,10 +114,11 @@ impl Baseline {
     fn change(&self, then: &Self, scene: String, ratios: &[(&String, f64)]) -> Change {
         let logs: f64 = ratios.iter().map(|(_, r)| r.ln()).sum();
         let worst = ratios.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let error = |of: &Self, key: &String| of.errors.get(key).copied().unwrap_or(f64::NAN);
+        // Some errors are angles with a sign.
+        let error = |of: &Self, key: &String| of.errors.get(key).map_or(f64::NAN, |e| e.abs());
         let less_exact = |key: &&String| {
             let now = error(self, key);
-            now > ROUNDING && !(now <= 2.0 * error(then, key))
+            !(now <= ROUNDING) && !(now <= 2.0 * error(then, key))
         };
         let keys = ratios.iter().map(|(key, _)| *key);
         let counted = |of: &Self| of.instructions.get(&scene).map(|&n| n as f64);

@@ -30,8 +30,15 @@ struct Bar {
 }
 
 fn bar(stretch: f64) -> Bar {
-    let mesh = kuhn_grid(6, 2, 2, [6.0, 2.0, 2.0]).unwrap();
-    let is_prescribed = |p: &[f64; 3]| p[0] <= 1.0 || p[0] == 6.0;
+    bar_of([6, 2, 2], stretch)
+}
+
+/// Of cubes of 1 m.
+fn bar_of(cells: [usize; 3], stretch: f64) -> Bar {
+    let [long, wide, high] = cells;
+    let size = cells.map(|n| n as f64);
+    let mesh = kuhn_grid(long, wide, high, size).unwrap();
+    let is_prescribed = |p: &[f64; 3]| p[0] <= 1.0 || p[0] == size[0];
     let rest = mesh.nodes();
     let prescribed: Vec<usize> = (0..rest.len())
         .filter(|&n| is_prescribed(&rest[n]))
@@ -169,20 +176,28 @@ fn fibers_are_evaluated_where_there_are_some() {
     assert_eq!(done.fibers.gradients, felt_by_some);
 }
 
-#[test]
-fn nothing_touches_far_from_a_surface() {
-    let low = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
-    let above = |gap: f64| {
+/// Two cubes of 1 m, the upper one above a gap, and where they are when its top has come down by 0.1.
+struct Cubes {
+    mesh: SimplexMesh<3>,
+    lowered: Vec<[f64; 3]>,
+    contact: FleshContact,
+}
+
+impl Cubes {
+    fn new(gap: f64) -> Self {
+        let low = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
         let nodes = low.nodes().iter();
         let high = nodes.clone().map(|p| [p[0], p[1], p[2] + 1.0 + gap]);
-        let both = nodes.copied().chain(high).collect();
+        let both: Vec<[f64; 3]> = nodes.copied().chain(high).collect();
         let first = low.num_nodes() as u32;
         let below = low.connectivity().iter().copied();
         let elements = below.chain(low.connectivity().iter().map(|n| n + first));
-        SimplexMesh::new(both, elements.collect()).unwrap()
-    };
-    let touched = |gap: f64| {
-        let mesh = above(gap);
+        let down = |p: &[f64; 3]| match p[2] >= 2.0 + gap {
+            true => [p[0], p[1], p[2] - 0.1],
+            false => *p,
+        };
+        let lowered = both.iter().map(down).collect();
+        let mesh = SimplexMesh::new(both, elements.collect()).unwrap();
         let params = FleshContactParams {
             activation: 0.05,
             pressure: 1e4,
@@ -192,19 +207,32 @@ fn nothing_touches_far_from_a_surface() {
             edges: true,
         };
         let contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
-        let rest = mesh.nodes();
-        let ends = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] == 2.0 + gap;
+        Self {
+            mesh,
+            lowered,
+            contact,
+        }
+    }
+
+    /// Bottom and top are held.
+    fn builder(&self) -> AssemblyBuilder<3> {
+        let rest = self.mesh.nodes();
+        let top = rest.iter().fold(0.0_f64, |top, p| top.max(p[2]));
+        let ends = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] == top;
         let prescribed: Vec<usize> = (0..rest.len()).filter(ends).collect();
         let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
-        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
-        let builder = builder.material(FLESH).unwrap().term(contact).unwrap();
+        let builder = AssemblyBuilder::new(&self.mesh, dofs).unwrap();
+        builder.material(FLESH).unwrap()
+    }
+}
+
+#[test]
+fn nothing_touches_far_from_a_surface() {
+    let touched = |gap: f64| {
+        let cubes = Cubes::new(gap);
+        let builder = cubes.builder().term(cubes.contact).unwrap();
         let mut body = builder.build().unwrap();
-        // The upper block comes down by 0.1.
-        let down = |p: &[f64; 3]| match p[2] >= 2.0 + gap {
-            true => [p[0], p[1], p[2] - 0.1],
-            false => *p,
-        };
-        let start: Vec<[f64; 3]> = rest.iter().map(down).collect();
+        let start = cubes.lowered;
         let mut newton = Newton::new(&Quasistatic::new(&body, start.clone(), vec![]).unwrap());
         let params = NewtonParams::default();
         solve_renewing(&mut body, &mut newton, start, &[], &params).unwrap();
@@ -214,6 +242,30 @@ fn nothing_touches_far_from_a_surface() {
     assert!(far.searches > 0 && far.elements.hessians > 0);
     assert_eq!(far.contacts, Passes::default());
     assert!(touched(0.02).contacts.hessians > 0);
+}
+
+#[test]
+fn a_look_far_from_a_surface_finds_no_pair_and_costs_no_place() {
+    let looked = |gap: f64| {
+        let mut cubes = Cubes::new(gap);
+        let builder = cubes.builder().term(cubes.contact.clone()).unwrap();
+        let mut body = builder.build().unwrap();
+        // All of the upper cube comes down by 0.15.
+        let down = |p: &[f64; 3]| [p[0], p[1], p[2] - 0.15 * f64::from(u8::from(p[2] > 1.0))];
+        let nearer: Vec<[f64; 3]> = cubes.mesh.nodes().iter().map(down).collect();
+        let at = body.configuration(&nearer, &[]).unwrap();
+        let changed = cubes.contact.renew(at);
+        let (before, stored) = (body.pattern().clone(), body.pattern().stored());
+        assert_eq!(body.renew(at).unwrap(), changed);
+        assert_eq!(body.evaluations().searches, 1);
+        let same = Arc::ptr_eq(&before, body.pattern());
+        let more = body.pattern().stored() - stored;
+        (cubes.contact.pairs(), changed, same, more)
+    };
+    assert_eq!(looked(1.0), (0, false, true, 0));
+    // The same cubes, near enough.
+    let (pairs, changed, same, more) = looked(0.2);
+    assert!(pairs > 0 && changed && !same && more > 0);
 }
 
 /// Terms of nothing that count how often each of them is evaluated.
@@ -248,22 +300,65 @@ impl Term<3> for Witness {
     }
 }
 
-#[test]
-fn what_is_counted_is_what_was_evaluated() {
-    let bar = bar(1.1);
+/// A bar of nothing but witnesses of its elements.
+fn witnessed(bar: &Bar) -> (Assembly<3>, Arc<[AtomicU64]>) {
     let elements = bar.mesh.connectivity().chunks(4);
     let stencils = Stencils::new(elements.map(|e| [0, 1, 2, 3].map(|k| e[k] as usize)));
     let seen: Arc<[AtomicU64]> = (0..stencils.count()).map(|_| AtomicU64::new(0)).collect();
     let witness = Witness(stencils, seen.clone());
+    (bar.builder().term(witness).unwrap().build().unwrap(), seen)
+}
+
+/// How often each was seen since the last time.
+fn taken(seen: &[AtomicU64]) -> Vec<u64> {
+    seen.iter().map(|n| n.swap(0, Relaxed)).collect()
+}
+
+#[test]
+fn what_is_counted_is_what_was_evaluated() {
+    let bar = bar(1.1);
     // So few rows have one owner.
-    let body = bar.builder().term(witness).unwrap().build().unwrap();
-    let total = || seen.iter().map(|n| n.load(Relaxed)).sum::<u64>();
+    let (body, seen) = witnessed(&bar);
+    let total = || taken(&seen).iter().sum::<u64>();
     let at = body.configuration(&bar.moved, &[]).unwrap();
     body.free_energy(at);
     body.gradient(at, &mut vec![0.0; body.dofs().unknowns()]);
     let done = body.evaluations().others;
-    assert_eq!(done.energies + done.gradients, total());
+    assert_eq!(done.energies + done.gradients, 2 * bar.felt);
     assert_eq!(total(), 2 * bar.felt);
     body.energy(at);
-    assert_eq!(body.evaluations().others.energies + bar.felt, total());
+    assert_eq!((body.evaluations().others - done).energies, total());
+}
+
+/// An element counts once, also where the owners of the rows on its two sides both evaluate it.
+#[test]
+fn an_element_between_two_owners_is_evaluated_by_both_and_counts_once() {
+    // 1200 rows, of which an owner has 512 at least.
+    let bar = bar_of([14, 9, 9], 1.1);
+    let (body, seen) = witnessed(&bar);
+    let dofs = body.dofs();
+    assert_eq!(dofs.free_nodes(), 1200);
+    let at = body.configuration(&bar.moved, &[]).unwrap();
+    body.free_energy(at);
+    assert_eq!(taken(&seen).iter().sum::<u64>(), bar.felt);
+    body.gradient(at, &mut vec![0.0; dofs.unknowns()]);
+    let found = taken(&seen);
+    let rows = bar.mesh.connectivity().chunks(4).map(|element| {
+        let rows = element.iter().filter_map(|&n| dofs.row(n as usize));
+        rows.clone().min().zip(rows.max())
+    });
+    let rows: Vec<Option<(usize, usize)>> = rows.collect();
+    // There is one cut of the rows by which everything that was seen is explained.
+    let explains = |cut: usize| {
+        let owners = |rows: &Option<(usize, usize)>| match *rows {
+            Some((least, most)) if least < cut && cut <= most => 2,
+            Some(_) => 1,
+            None => 0,
+        };
+        rows.iter().map(owners).eq(found.iter().copied())
+    };
+    assert!(found.contains(&2));
+    assert_eq!((512..=688).filter(|&cut| explains(cut)).count(), 1);
+    let done = body.evaluations().others;
+    assert_eq!((done.energies, done.gradients), (bar.felt, bar.felt));
 }

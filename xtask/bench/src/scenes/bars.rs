@@ -17,7 +17,7 @@ pub const TWIST: Scene = Scene {
     truth: "mesh curves: quadratic elements on the finest grid, at the corners of cubes of 1 m; others: \
             the same body to 1e-12; a bar is 1 m wide",
     run: |settings| curves(Load::Twist, settings),
-    counted: || counted(Load::Twist),
+    counted: Some(|| counted(Load::Twist)),
 };
 
 /// 30 % of its length.
@@ -27,7 +27,7 @@ pub const BEND: Scene = Scene {
     measure: "apart, m",
     truth: TWIST.truth,
     run: |settings| curves(Load::Bend, settings),
-    counted: || counted(Load::Bend),
+    counted: Some(|| counted(Load::Bend)),
 };
 
 /// What flesh is, where nothing else is said.

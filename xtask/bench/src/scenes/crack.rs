@@ -21,10 +21,10 @@ pub const SCENE: Scene = Scene {
     measure: "degrees",
     truth: "a crack between fibers runs along them",
     run: curves,
-    counted: || {
+    counted: Some(|| {
         let (mut plate, rest) = plate(SHORT, 30.0, 16, 0.0)?;
         crack(SHORT, &mut plate, &rest, 16).map(|_| ())
-    },
+    }),
 };
 
 /// A plate: how long its notch is, m, and the resistance η of its damage, s.

@@ -19,7 +19,7 @@ pub const SCENE: Scene = Scene {
     measure: "of the column",
     truth: "central differences of equilibria to 1e-12, steps of 1e-5: about 1e-7 left; routes: one another",
     run: curves,
-    counted,
+    counted: Some(counted),
 };
 
 /// Muscles by which is differentiated, and the first columns of the jaw's motion.
@@ -109,24 +109,29 @@ fn tolerances(
             |rig| {
                 rig.solve(pose)?;
                 let columns = rig.sensitivity()?.columns(&directions());
-                Ok((columns, rig.work()))
+                Ok((columns, rig.work(), unknowns(rig)))
             },
         )?;
         curve
             .points
-            .push(point(format!("{tolerance:.0e}"), &timed, face, exact));
+            .push(point(format!("{tolerance:.0e}"), &timed, exact));
     }
     Ok(curve)
 }
 
+/// Free coordinates of the face, those of its linear systems.
+fn unknowns(rig: &Rig) -> usize {
+    rig.assembly().dofs().free_coordinates()
+}
+
 /// Columns that took so long and so many steps, against the exact ones.
-fn point(setting: String, timed: &Timed<(Columns, Work)>, face: &Face, exact: &Columns) -> Point {
-    let (columns, work) = &timed.value;
+fn point(setting: String, timed: &Timed<(Columns, Work, usize)>, exact: &Columns) -> Point {
+    let (columns, work, unknowns) = &timed.value;
     Point {
         setting,
         error: off(columns, exact),
         seconds: timed.seconds,
-        unknowns: 3 * face.mesh.num_nodes(),
+        unknowns: *unknowns,
         steps: work.newton_steps,
         factorizations: work.factorizations,
         iterations: work.linear_iterations,
@@ -151,12 +156,13 @@ fn steps(
             |rig| {
                 rig.solve(pose)?;
                 let columns = (0..MUSCLES).map(|m| difference(rig, pose, m, &weights));
-                Ok((columns.collect::<Result<Columns, Failure>>()?, rig.work()))
+                let columns = columns.collect::<Result<Columns, Failure>>()?;
+                Ok((columns, rig.work(), unknowns(rig)))
             },
         )?;
         curve
             .points
-            .push(point(format!("step {h:.0e}"), &timed, face, exact));
+            .push(point(format!("step {h:.0e}"), &timed, exact));
     }
     Ok(curve)
 }
@@ -169,6 +175,7 @@ fn routes(face: &Face, pose: &Parameters, settings: &Settings) -> Result<Curve, 
     rig.solve(pose)?;
     let mut directions: Vec<Direction> = (0..rig.muscles()).map(Direction::Activation).collect();
     directions.extend((0..AffineMap::PARAMETERS).map(|k| Direction::Jaw(AffineMap::unit(k))));
+    let unknowns = unknowns(&rig);
     let sensitivity = rig.sensitivity()?;
     for count in [1, 3, 10, 30] {
         let points: Vec<EmbeddedPoint> =
@@ -188,7 +195,7 @@ fn routes(face: &Face, pose: &Parameters, settings: &Settings) -> Result<Curve, 
                 setting: format!("{name}, {count} points"),
                 error: apart.fold(0.0, workbench::numbers::worse) / size,
                 seconds: timed.seconds,
-                unknowns: 3 * face.mesh.num_nodes(),
+                unknowns,
                 memory: timed.memory,
                 ..Point::default()
             });

@@ -19,11 +19,11 @@ pub const SCENE: Scene = Scene {
     measure: "share lost",
     truth: "a free body keeps its energy and its momentum",
     run: curves,
-    counted: || {
+    counted: Some(|| {
         Ok(swing::<f64>(16, Integrator::Symplectic)?
             .advance(0.3)
             .map(|_| ())?)
-    },
+    }),
 };
 
 /// Particles at rest in the middle of the cells of a lattice of the plane where `inside` says so:

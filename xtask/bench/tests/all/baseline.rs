@@ -32,6 +32,32 @@ fn ratios_are_those_of_the_points_that_both_runs_have() {
     assert_eq!(change.instructions, Some(2.0));
 }
 
+/// Angles of cracks: errors of both signs.
+#[test]
+fn errors_are_compared_by_their_size() {
+    let less_exact = |then: [f64; 2], now: [f64; 2]| -> Vec<String> {
+        let (then, now) = (run([1.0; 2], then), run([1.0; 2], now));
+        let changes = now.changes_since(&then).expect("one machine");
+        changes.into_iter().flat_map(|c| c.less_exact).collect()
+    };
+    assert_eq!(less_exact([-2.0, 2.0], [-5.0, -1.0]), ["s / c / 0"]);
+    assert_eq!(less_exact([-2.0, 2.0], [3.0, -5.0]), ["s / c / 1"]);
+    assert!(less_exact([-2.0, -2.0], [3.0, -3.0]).is_empty());
+    assert_eq!(less_exact([1.0, 0.0], [f64::NAN, 1e-10]), ["s / c / 0"]);
+}
+
+#[test]
+fn a_baseline_without_a_common_point_is_an_error() {
+    let now = run([1.0, 2.0], [0.5, 0.25]);
+    let mut then = now.clone();
+    then.seconds = BTreeMap::from([("s / another / 0".to_owned(), 1.0)]);
+    let told = now.changes_since(&then).map(|_| ());
+    let told = told.expect_err("nothing in common").to_string();
+    assert!(told.contains("no point of this run"), "{told}");
+    then.seconds.insert("s / c / 1".to_owned(), 1.0);
+    assert_eq!(now.changes_since(&then).expect("one point").len(), 1);
+}
+
 #[test]
 fn what_was_written_is_read_and_another_machine_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
