@@ -182,7 +182,7 @@ impl<const D: usize> Assembly<D> {
     /// rounding is ε times a few of them.
     pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
         self.count(Pass::Gradient, |summand| summand.felt);
-        let mut sums = vec![0.0; self.dofs.unknowns()];
+        let mut sums = vec![0.0; self.dofs.vector_len()];
         self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });

@@ -471,7 +471,7 @@ fn a_face_pushed_in_by_more_than_a_layer_is_walked_to() {
     }
     assert_eq!(there.positions[roller][0], -0.05);
     let at = body.configuration(&there.positions, &[]).unwrap();
-    let mut gradient = vec![0.0; body.dofs().unknowns()];
+    let mut gradient = vec![0.0; body.dofs().vector_len()];
     body.gradient(at, &mut gradient);
     let force = body.forces_everywhere(at)[ends[0]][2].abs();
     assert!(gradient.iter().all(|g| g.abs() < 1e-5 * force), "{force}");
