@@ -32,6 +32,7 @@
 mod assembly;
 mod builder;
 mod configuration;
+mod direction;
 mod dofs;
 mod element;
 mod element_group;
