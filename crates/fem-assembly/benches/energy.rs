@@ -20,7 +20,7 @@ fn energy(criterion: &mut Criterion) {
         .map(|&[x, y, z]| [x + 0.1 * z * z, y, z + 0.05 * x * z])
         .collect();
     let at = assembly.configuration(&bent, &[]).expect("finite");
-    let mut gradient = vec![0.0; assembly.dofs().unknowns()];
+    let mut gradient = vec![0.0; assembly.dofs().vector_len()];
     let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
     let mut group = criterion.benchmark_group("6144 elements");
     group.bench_function("energy", |b| b.iter(|| assembly.energy(at)));

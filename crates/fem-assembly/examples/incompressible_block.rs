@@ -44,7 +44,7 @@ fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
         .fold(f64::INFINITY, f64::min);
     println!(
         "{name:>28}: {:>7} unknowns  |u_z| {:.3} mm  least J {least:.3}  {} steps  {seconds:.2} s",
-        body.dofs().free_coordinates(),
+        body.dofs().unknowns(),
         SIZE - shape[last][2],
         info.map_or_else(|e| e.to_string(), |info| info.iterations.to_string()),
     );

@@ -6,7 +6,6 @@ use crate::error::AssemblyError;
 use crate::evaluations::{Counter, Evaluations, Pass};
 use crate::plan::{Chunk, Piece, Summand, Work};
 use crate::rest::RestElements;
-use crate::scales;
 use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Summed, Target, pair};
 use fem_materials::HessianProjection;
 use fem_solvers::parallel::map;
@@ -80,14 +79,6 @@ impl<const D: usize> Assembly<D> {
     /// Number of controls.
     pub fn controls(&self) -> usize {
         self.controls
-    }
-    /// For each unknown the force that strains by one at rest, newtons: the stiffness of its node times
-    /// the mean size of the elements there. Where a node has no stiffness at rest, or no element, it is
-    /// the median of the others; `None` where nothing is stiff.
-    pub fn force_scales(&self) -> Option<&[f64]> {
-        self.force_scales
-            .get_or_init(|| scales::of(self))
-            .as_deref()
     }
     /// What has been evaluated so far.
     pub fn evaluations(&self) -> Evaluations {
@@ -182,7 +173,7 @@ impl<const D: usize> Assembly<D> {
     /// rounding is ε times a few of them.
     pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
         self.count(Pass::Gradient, |summand| summand.felt);
-        let mut sums = vec![0.0; self.dofs.unknowns()];
+        let mut sums = vec![0.0; self.dofs.vector_len()];
         self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });

@@ -14,9 +14,6 @@ use crate::terms::Scaled;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// How far from 1 the length of a direction may be.
-pub(crate) const UNIT_TOLERANCE: f64 = 1e-3;
-
 /// Builds an [`Assembly`].
 ///
 /// ```

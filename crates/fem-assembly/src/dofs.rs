@@ -97,12 +97,12 @@ impl<const D: usize> Dofs<D> {
         self.free_nodes.len()
     }
     /// Length of vectors of the unknowns, D for each free node, places of prescribed axes included.
-    pub fn unknowns(&self) -> usize {
+    pub fn vector_len(&self) -> usize {
         D * self.free_nodes.len()
     }
     /// Number of coordinates that are free: the scalar unknowns of the system that is solved.
-    pub fn free_coordinates(&self) -> usize {
-        self.unknowns() - self.prescribed_axes.len()
+    pub fn unknowns(&self) -> usize {
+        self.vector_len() - self.prescribed_axes.len()
     }
     /// The block row of a node, `None` where it is prescribed.
     pub fn row(&self, node: usize) -> Option<usize> {
@@ -173,7 +173,7 @@ mod tests {
         let rest = [[0.0, 0.0], [3.0, 0.0], [1.0, 1.0], [2.0, 1.0]];
         let dofs = Dofs::new(&rest, &[0], &[(2, 1)]).unwrap();
         assert_eq!(dofs.node_of_row(), [2, 3, 1]);
-        assert_eq!((dofs.unknowns(), dofs.free_coordinates()), (6, 5));
+        assert_eq!((dofs.vector_len(), dofs.unknowns()), (6, 5));
         let prescribed: Vec<(usize, usize)> = (0..5)
             .flat_map(|n| (0..3).map(move |k| (n, k)))
             .filter(|&(n, k)| dofs.is_prescribed(n, k))

@@ -1,5 +1,7 @@
 //! What can be wrong with the input of an assembly.
 
+use fem_solvers::PatternError;
+
 /// Input that no equilibrium problem can be built from.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 #[non_exhaustive]
@@ -167,4 +169,7 @@ pub enum AssemblyError {
         /// Place of the face in the list.
         face: usize,
     },
+    /// The places of the Hessian's blocks are none that a matrix can have.
+    #[error("places of the Hessian: {0}")]
+    Pattern(#[from] PatternError),
 }

@@ -17,6 +17,12 @@ pub(crate) fn area_vector<const D: usize>(points: [[f64; D]; D]) -> [f64; D] {
     })
 }
 
+/// The area of a flat face, m² (its length in 2D, m).
+pub(crate) fn area<const D: usize>(points: [[f64; D]; D]) -> f64 {
+    let vector = area_vector(points);
+    vector.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
 /// A face less one of its nodes, which of its two orientations it has, and the face.
 struct Ridge {
     /// Ascending; one node in 2D.
@@ -169,14 +175,15 @@ mod tests {
         let faces = mesh.boundary().faces;
         assert_eq!(check_closed(&faces), Ok(()));
         let mut sum = [0.0; 3];
-        let mut area = 0.0;
+        let mut whole = 0.0;
         for face in &faces {
-            let vector = area_vector(face.map(|n| mesh.node(n)));
-            area += vector.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let corners = face.map(|n| mesh.node(n));
+            let vector = area_vector(corners);
+            whole += area(corners);
             (0..3).for_each(|i| sum[i] += vector[i]);
         }
         assert!(sum.iter().all(|s| s.abs() < 1e-14), "{sum:?}");
-        assert!((area - 2.0 * (2.0 + 0.5 + 1.0)).abs() < 1e-13, "{area}");
+        assert!((whole - 2.0 * (2.0 + 0.5 + 1.0)).abs() < 1e-13, "{whole}");
     }
 
     #[test]

@@ -20,7 +20,7 @@
 //! let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
 //! let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
 //! let swollen: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| p.map(|c| 1.1 * c)).collect();
-//! let mut gradient = vec![0.0; assembly.dofs().unknowns()];
+//! let mut gradient = vec![0.0; assembly.dofs().vector_len()];
 //! let at = assembly.configuration(&swollen, &[])?;
 //! let energy = assembly.gradient(at, &mut gradient);
 //! // Only volume was added: every force points back, and their sum is zero.
@@ -32,6 +32,7 @@
 mod assembly;
 mod builder;
 mod configuration;
+mod direction;
 mod dofs;
 mod element;
 mod element_group;

@@ -180,15 +180,8 @@ pub(crate) fn pattern<const D: usize>(
 ) -> Result<BlockPattern, AssemblyError> {
     let pairs = summands.iter().flat_map(|s| coupled(&s.stencils, dofs));
     let axes = dofs.prescribed_axes().iter();
-    BlockPattern::from_adjacency(dofs.free_nodes(), pairs)
-        .and_then(|pattern| pattern.with_absent(axes.map(|&(row, axis)| (row as usize, axis))))
-        .map_err(|_| too_many(dofs))
-}
-
-fn too_many<const D: usize>(dofs: &Dofs<D>) -> AssemblyError {
-    AssemblyError::TooManyNodes {
-        count: dofs.free_nodes(),
-    }
+    let pattern = BlockPattern::from_adjacency(dofs.free_nodes(), pairs)?;
+    Ok(pattern.with_absent(axes.map(|&(row, axis)| (row as usize, axis)))?)
 }
 
 /// The pattern with the places that other stencils need as well; `None` where it has them all.
@@ -206,8 +199,7 @@ pub(crate) fn extended<'a, const D: usize>(
     }
     missing.sort_unstable();
     missing.dedup();
-    let extended = pattern.extended(missing).map_err(|_| too_many(dofs))?;
-    Ok(Some(extended))
+    Ok(Some(pattern.extended(missing)?))
 }
 
 /// For each stored block of `old` its index in `new`, which has all of them.

@@ -26,7 +26,7 @@ pub(crate) fn predicted<const D: usize>(
     if moved.iter().flatten().all(|d| *d == 0.0) {
         return None;
     }
-    let mut load = vec![0.0; assembly.dofs().unknowns()];
+    let mut load = vec![0.0; assembly.dofs().vector_len()];
     assembly.hessian_vector(at, &moved, &mut load);
     let mut forces = vec![0.0; load.len()];
     assembly.gradient(at, &mut forces);

@@ -5,13 +5,21 @@ use crate::configuration::Configuration;
 use fem_materials::HessianProjection;
 use fem_solvers::BlockSymmetric;
 
-/// [`Assembly::force_scales`].
-pub(crate) fn of<const D: usize>(assembly: &Assembly<D>) -> Option<Vec<f64>> {
+impl<const D: usize> Assembly<D> {
+    /// For each unknown the force that strains by one at rest, newtons: the stiffness of its node times
+    /// the mean size of the elements there. Where a node has no stiffness at rest, or no element, it is
+    /// the median of the others; `None` where nothing is stiff.
+    pub fn force_scales(&self) -> Option<&[f64]> {
+        self.force_scales.get_or_init(|| at_rest(self)).as_deref()
+    }
+}
+
+fn at_rest<const D: usize>(assembly: &Assembly<D>) -> Option<Vec<f64>> {
     let pattern = assembly.pattern();
     let mut hessian = BlockSymmetric::zeros(pattern.clone());
     let controls = vec![0.0; assembly.controls()];
-    let at_rest = Configuration::trusted(assembly.rest(), &controls);
-    assembly.hessian(at_rest, HessianProjection::None, &mut hessian);
+    let rest = Configuration::trusted(assembly.rest(), &controls);
+    assembly.hessian(rest, HessianProjection::None, &mut hessian);
     let mut scales: Vec<f64> = (0..pattern.blocks())
         .zip(sizes(assembly))
         .map(|(row, size)| {

@@ -43,16 +43,9 @@ pub enum WalkError<const D: usize> {
         /// What failed next.
         source: Box<RenewingError<D>>,
     },
-    /// A setting of the walk.
-    #[error("{what} is {value}, allowed is {allowed}")]
-    Params {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its range.
-        allowed: &'static str,
-    },
+    /// The walk could not begin: a setting is outside its range.
+    #[error(transparent)]
+    Walk(Box<ContinuationError<RenewingError<D>>>),
 }
 
 /// Moves the prescribed coordinates from where they are in `from` to where they are in `to` (the free
@@ -86,7 +79,8 @@ pub enum WalkError<const D: usize> {
 /// ```
 ///
 /// # Errors
-/// [`WalkError::Stuck`] says how far it came and which element is in the way.
+/// [`WalkError::Stuck`] says how far it came and which element is in the way; [`WalkError::Assembly`] and
+/// [`WalkError::Walk`] that a list or a setting of the walk makes no sense.
 pub fn solve_walking<const D: usize>(
     assembly: &mut Assembly<D>,
     newton: &mut Newton<'_, D>,
@@ -132,20 +126,7 @@ pub fn solve_walking<const D: usize>(
                 source: Box::new(source),
             })
         }
-        Err(ContinuationError::Params {
-            what,
-            value,
-            allowed,
-        }) => Err(WalkError::Params {
-            what,
-            value,
-            allowed,
-        }),
-        Err(_) => Err(WalkError::Params {
-            what: "the walk",
-            value: f64::NAN,
-            allowed: "known settings",
-        }),
+        Err(source) => Err(WalkError::Walk(Box::new(source))),
     }
 }
 

@@ -84,7 +84,7 @@ pub use polar::{Polar, polar};
 pub use qr::{Qr, multiply_by_skew, signed_qr};
 pub use scalar::Real;
 pub use simplex::{
-    RestShape, RestShapeError, deformation_gradient, flatten_triangle, shape_matrix,
+    RestShape, RestShapeError, deformation_gradient, flatten_triangle, shape_matrix, simplex_volume,
 };
 pub use strain::{corotated_strain, green_strain, green_strain_differential, infinitesimal_strain};
 pub use stress_measures::{

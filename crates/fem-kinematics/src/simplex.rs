@@ -57,10 +57,9 @@ impl<T: Real, const D: usize> RestShape<T, D> {
     /// From the rest shape matrix D_m, unchecked: not finite where det D_m = 0.
     #[inline(always)]
     pub fn from_shape_matrix(Dm: &Mat<T, D>) -> Self {
-        let factorial = if D == 2 { 2.0 } else { 6.0 };
         Self {
             inverse: Dm.inverse(),
-            volume: Dm.determinant().abs() / T::from_f64(factorial),
+            volume: simplex_volume(Dm).abs(),
         }
     }
     /// The area normals b₁ … b_D, columns of B_m = −V D_m⁻ᵀ, m² (m for triangles).
@@ -128,6 +127,14 @@ impl<const D: usize> RestShape<f64, D> {
 #[inline(always)]
 pub fn shape_matrix<T: Real, const D: usize>(x: &[[T; D]]) -> Mat<T, D> {
     Mat::from_fn(|i, j| x[j + 1][i] - x[0][i])
+}
+
+/// det D_s/D!, m³ (m² in 2D) of edges in meters: the volume of a simplex with this shape matrix,
+/// negative where it is inverted.
+#[inline(always)]
+pub fn simplex_volume<T: Real, const D: usize>(Ds: &Mat<T, D>) -> T {
+    let factorial = if D == 2 { 2.0 } else { 6.0 };
+    Ds.determinant() / T::from_f64(factorial)
 }
 
 /// F = D_s D_m⁻¹.

@@ -127,7 +127,7 @@ impl Body {
             setting: setting.into(),
             error,
             seconds: solved.seconds,
-            unknowns: self.assembly.dofs().free_coordinates(),
+            unknowns: self.assembly.dofs().unknowns(),
             steps: info.iterations,
             factorizations: info.factorizations,
             iterations: info.linear_iterations,

@@ -88,7 +88,7 @@ impl<'a> Sensitivity<'a> {
 
     /// dx for each direction, at every node.
     pub fn columns(&self, directions: &[Direction]) -> Vec<Vec<[f64; 3]>> {
-        let n = self.loads.assembly.dofs().unknowns();
+        let n = self.loads.assembly.dofs().vector_len();
         let solving: Vec<usize> = (0..directions.len())
             .filter(|&k| !matches!(directions[k], Direction::Cranium(_)))
             .collect();
@@ -172,7 +172,7 @@ impl<'a> Sensitivity<'a> {
             parameters,
             in_cranium_frame,
         } = self.solved;
-        let n = self.loads.assembly.dofs().unknowns();
+        let n = self.loads.assembly.dofs().vector_len();
         let in_frame: Vec<Vec<[f64; 3]>> = seen
             .iter()
             .map(|w| {

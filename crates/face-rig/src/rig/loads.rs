@@ -26,7 +26,7 @@ impl Loads<'_> {
     /// Of one change of activations, jaw and controls together.
     pub fn push(&self, activations: &[f64], jaw: &AffineMap, controls: &[f64]) -> Push {
         let mut bones = self.bone_motion(&Direction::Jaw(*jaw));
-        let mut force = vec![0.0; self.assembly.dofs().unknowns()];
+        let mut force = vec![0.0; self.assembly.dofs().vector_len()];
         let mut unit = vec![0.0; force.len()];
         let muscles = activations.iter().enumerate();
         let muscles = muscles.map(|(m, c)| (Direction::Activation(m), *c));

@@ -6,8 +6,7 @@ use super::file_error::MeshFileError;
 use super::quadratic::QuadraticMesh;
 use super::simplex::SimplexMesh;
 use super::validate::{Orientation, Orphans, Repairs};
-use super::vtk;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// VTK's cell types.
 const TRIANGLE: u8 = 5;
@@ -48,26 +47,6 @@ pub struct MeshFile {
 }
 
 impl MeshFile {
-    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid, in any of the ways in which
-    /// VTK writes them: text, base64, appended (raw or base64); zlib, LZ4, LZMA; 32 or 64 bits;
-    /// either byte order; legacy 1.0 to 5.1. Every array of numbers on points and cells is returned;
-    /// texts, and data of the file as a whole, are not.
-    ///
-    /// # Errors
-    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error that names
-    /// it, not left out. A file takes no more memory than its points, cells and bytes account for.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshFileError> {
-        vtk::read(path.as_ref())
-    }
-    /// Writes a `.vtu` (compressed) or legacy `.vtk` (binary) file, chosen by the extension, whole
-    /// or not at all.
-    ///
-    /// # Errors
-    /// [`MeshFileError::Io`]; [`MeshFileError::Format`] for another extension;
-    /// [`MeshFileError::Shape`] and [`MeshFileError::Value`] for arrays of wrong length or with NaN.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), MeshFileError> {
-        vtk::write(self, path.as_ref())
-    }
     /// A tetrahedral mesh without data.
     pub fn from_tets(mesh: &SimplexMesh<3>) -> Self {
         Self::from_cells(

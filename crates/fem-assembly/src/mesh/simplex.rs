@@ -1,6 +1,6 @@
 //! The mesh itself.
 
-use fem_kinematics::{Mat, shape_matrix};
+use fem_kinematics::{Mat, shape_matrix, simplex_volume};
 
 /// Nodes and simplices in D dimensions (triangles for D = 2, tetrahedra for D = 3), validated:
 /// finite coordinates, indices in range, no element degenerate, inverted or given twice.
@@ -50,7 +50,7 @@ impl<const D: usize> SimplexMesh<D> {
     }
     /// Volume of element `e`, det(D_m)/D!, m³ (m² for D = 2); positive.
     pub fn volume(&self, e: usize) -> f64 {
-        self.rest_edges(e).determinant() / factorial(D)
+        simplex_volume(&self.rest_edges(e))
     }
     /// Sum of all element volumes, m³ (m² for D = 2).
     pub fn total_volume(&self) -> f64 {
@@ -96,9 +96,4 @@ impl SimplexMesh<3> {
 pub(super) fn edges<const D: usize>(nodes: &[[f64; D]], element: &[u32]) -> Mat<f64, D> {
     let corners: [[f64; D]; 4] = std::array::from_fn(|a| nodes[element[a.min(D)] as usize]);
     shape_matrix(&corners[..=D])
-}
-
-/// D!.
-pub(super) fn factorial(d: usize) -> f64 {
-    (1..=d).product::<usize>() as f64
 }

@@ -45,7 +45,30 @@ fn system(path: &Path) -> impl FnOnce(io::Error) -> MeshFileError {
     }
 }
 
-pub(super) fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
+impl MeshFile {
+    /// Reads a `.vtu` or legacy `.vtk` file with one unstructured grid, in any of the ways in which
+    /// VTK writes them: text, base64, appended (raw or base64); zlib, LZ4, LZMA; 32 or 64 bits;
+    /// either byte order; legacy 1.0 to 5.1. Every array of numbers on points and cells is returned;
+    /// texts, and data of the file as a whole, are not.
+    ///
+    /// # Errors
+    /// [`MeshFileError::Io`] and [`MeshFileError::Format`]; a damaged array is an error that names
+    /// it, not left out. A file takes no more memory than its points, cells and bytes account for.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshFileError> {
+        read(path.as_ref())
+    }
+    /// Writes a `.vtu` (compressed) or legacy `.vtk` (binary) file, chosen by the extension, whole
+    /// or not at all.
+    ///
+    /// # Errors
+    /// [`MeshFileError::Io`]; [`MeshFileError::Format`] for another extension;
+    /// [`MeshFileError::Shape`] and [`MeshFileError::Value`] for arrays of wrong length or with NaN.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), MeshFileError> {
+        write(self, path.as_ref())
+    }
+}
+
+fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
     let format = format_of(path)?;
     let bytes = std::fs::read(path).map_err(system(path))?;
     let read = match format {
@@ -64,7 +87,7 @@ pub(super) fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
     })
 }
 
-pub(super) fn write(file: &MeshFile, path: &Path) -> Result<(), MeshFileError> {
+fn write(file: &MeshFile, path: &Path) -> Result<(), MeshFileError> {
     let format = format_of(path)?;
     let named = MeshFile {
         path: path.to_path_buf(),

@@ -1,6 +1,7 @@
 //! Muscle fibers over a mesh, each in its own element and direction, activated by a control.
 
-use crate::builder::{AssemblyBuilder, UNIT_TOLERANCE};
+use crate::builder::AssemblyBuilder;
+use crate::direction::UNIT_TOLERANCE;
 use crate::element_group::{ElementGroup, Entry};
 use crate::error::AssemblyError;
 use crate::shape::ElementShape;

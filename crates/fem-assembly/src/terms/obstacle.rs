@@ -1,7 +1,8 @@
 //! Collisions as penalty forces (document 000, 5.7).
 
-use crate::builder::{AssemblyBuilder, UNIT_TOLERANCE};
+use crate::builder::AssemblyBuilder;
 use crate::configuration::Configuration;
+use crate::direction::UNIT_TOLERANCE;
 use crate::error::AssemblyError;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};

@@ -80,7 +80,7 @@ pub(crate) fn lowered(mesh: &SimplexMesh<3>, by: f64) -> Vec<Point> {
 }
 
 pub(crate) fn force(assembly: &Assembly<3>, x: &[Point]) -> Vec<f64> {
-    let mut g = vec![0.0; assembly.dofs().unknowns()];
+    let mut g = vec![0.0; assembly.dofs().vector_len()];
     assembly.gradient(assembly.configuration(x, &[]).unwrap(), &mut g);
     g
 }

@@ -144,7 +144,7 @@ fn close(a: &[f64], b: &[f64], tolerance: f64) {
 fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient() {
     for stretch in [Stretch::Total, Stretch::Isochoric] {
         let (assembly, x) = assembly(stretch);
-        let n = assembly.dofs().unknowns();
+        let n = assembly.dofs().vector_len();
         let mut direction = wave(n, 0.4);
         clear_roller(&assembly, &mut direction);
         let gradient_at = |x: &[Point]| {
@@ -191,7 +191,7 @@ fn the_gradient_is_the_slope_of_the_energy_and_the_hessian_that_of_the_gradient(
 #[test]
 fn the_force_of_a_muscle_is_the_slope_in_its_activation() {
     let (assembly, x) = assembly(Stretch::Total);
-    let n = assembly.dofs().unknowns();
+    let n = assembly.dofs().vector_len();
     for channel in 0..3 {
         let at = |t: f64| {
             let mut activations = ACTIVATIONS;
@@ -239,7 +239,7 @@ fn internal_forces_and_torques_sum_to_zero() {
         assert!(force.abs() < 1e-13 * largest && torque.abs() < 1e-12 * largest);
     }
     let gradient = {
-        let mut g = vec![0.0; body.dofs().unknowns()];
+        let mut g = vec![0.0; body.dofs().vector_len()];
         body.gradient(body.configuration(&x, &[]).unwrap(), &mut g);
         g
     };
@@ -271,7 +271,7 @@ fn one_and_three_threads_give_the_same_bits() {
                 .iter()
                 .map(|p| [p[0] * 1.1, p[1] + 0.1 * p[0] * p[2], p[2] * 0.9])
                 .collect();
-            let mut gradient = vec![0.0; assembly.dofs().unknowns()];
+            let mut gradient = vec![0.0; assembly.dofs().vector_len()];
             let energy = assembly.gradient(assembly.configuration(&x, &[]).unwrap(), &mut gradient);
             let mut hessian = BlockSymmetric::zeros(assembly.pattern().clone());
             assembly.hessian(

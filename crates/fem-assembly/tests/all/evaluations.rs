@@ -81,7 +81,7 @@ fn each_felt_element_counts_once_in_each_pass_and_no_other() {
     assert_eq!(all - bar.felt, 24);
     let body = bar.of(FLESH);
     let at = body.configuration(&bar.moved, &[]).unwrap();
-    let mut forces = vec![0.0; body.dofs().unknowns()];
+    let mut forces = vec![0.0; body.dofs().vector_len()];
     body.gradient(at, &mut forces);
     body.free_energy(at);
     body.hessian_vector(at, &vec![[0.0; 3]; bar.moved.len()], &mut forces);
@@ -170,7 +170,7 @@ fn fibers_are_evaluated_where_there_are_some() {
     let body = builder.unwrap().build().unwrap();
     let at = body.configuration(&bar.moved, &[0.5]).unwrap();
     let before = body.evaluations();
-    body.gradient(at, &mut vec![0.0; body.dofs().unknowns()]);
+    body.gradient(at, &mut vec![0.0; body.dofs().vector_len()]);
     let done = body.evaluations() - before;
     assert_eq!(done.elements.gradients, bar.felt);
     assert_eq!(done.fibers.gradients, felt_by_some);
@@ -322,7 +322,7 @@ fn what_is_counted_is_what_was_evaluated() {
     let total = || taken(&seen).iter().sum::<u64>();
     let at = body.configuration(&bar.moved, &[]).unwrap();
     body.free_energy(at);
-    body.gradient(at, &mut vec![0.0; body.dofs().unknowns()]);
+    body.gradient(at, &mut vec![0.0; body.dofs().vector_len()]);
     let done = body.evaluations().others;
     assert_eq!(done.energies + done.gradients, 2 * bar.felt);
     assert_eq!(total(), 2 * bar.felt);

@@ -8,8 +8,8 @@ use fem_assembly::{
 use fem_materials::models::Linear;
 use fem_materials::{HessianProjection, Lame, NeoHookean, Space};
 use fem_solvers::{
-    BlockSymmetric, ContinuationParams, LinearOperator, LinearSolver, Newton, NewtonFailure,
-    NewtonParams,
+    BlockSymmetric, ContinuationError, ContinuationParams, LinearOperator, LinearSolver, Newton,
+    NewtonFailure, NewtonParams,
 };
 
 const YOUNG: f64 = 3e4;
@@ -471,7 +471,7 @@ fn a_face_pushed_in_by_more_than_a_layer_is_walked_to() {
     }
     assert_eq!(there.positions[roller][0], -0.05);
     let at = body.configuration(&there.positions, &[]).unwrap();
-    let mut gradient = vec![0.0; body.dofs().unknowns()];
+    let mut gradient = vec![0.0; body.dofs().vector_len()];
     body.gradient(at, &mut gradient);
     let force = body.forces_everywhere(at)[ends[0]][2].abs();
     assert!(gradient.iter().all(|g| g.abs() < 1e-5 * force), "{force}");
@@ -537,4 +537,32 @@ fn a_walk_that_leads_nowhere_says_how_far_it_came() {
         &walk,
     );
     assert!(matches!(wrong, Err(WalkError::Assembly(_))));
+}
+
+#[test]
+fn a_setting_of_a_walk_that_makes_no_sense_is_named() {
+    let mesh = kuhn_grid(1, 1, 1, [1.0; 3]).unwrap();
+    let rest = mesh.nodes().to_vec();
+    let dofs = Dofs::with_prescribed_nodes(&rest, &[0, 1, 2, 3]).unwrap();
+    let flesh = NeoHookean {
+        mu: 1e4,
+        lambda: 2e4,
+    };
+    let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+    let mut body = builder.material(flesh).unwrap().build().unwrap();
+    let mut newton = Newton::new(&Quasistatic::new(&body, rest.clone(), vec![]).unwrap());
+    let params = NewtonParams::default();
+    let walk = ContinuationParams {
+        shrink: 1.5,
+        ..ContinuationParams::default()
+    };
+    let end = rest.clone();
+    let wrong = solve_walking(&mut body, &mut newton, rest, &end, &[], &params, &walk);
+    let Err(WalkError::Walk(source)) = wrong else {
+        panic!("{wrong:?}");
+    };
+    let ContinuationError::Params { what, value, .. } = *source else {
+        panic!("{source:?}");
+    };
+    assert_eq!((what, value), ("shrink", 1.5));
 }

@@ -288,7 +288,7 @@ fn muscle() -> (Assembly<3>, Vec<[f64; 3]>) {
 const ACTIVATIONS: [f64; 2] = [0.7, 0.3];
 
 fn gradient(body: &Assembly<3>, x: &[[f64; 3]], controls: &[f64]) -> (f64, Vec<f64>) {
-    let mut g = vec![0.0; body.dofs().unknowns()];
+    let mut g = vec![0.0; body.dofs().vector_len()];
     let energy = body.gradient(body.configuration(x, controls).unwrap(), &mut g);
     (energy, g)
 }
@@ -368,7 +368,7 @@ fn a_projected_quadratic_hessian_is_definite() {
     let curvature = |projection| {
         let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
         body.hessian(at, projection, &mut hessian);
-        let n = body.dofs().unknowns();
+        let n = body.dofs().vector_len();
         // The eigenvalue farthest from `shift`, by power iterations.
         let farthest = |shift: f64| {
             let mut v: Vec<f64> = (0..n).map(|i| (3.0 * i as f64).sin()).collect();

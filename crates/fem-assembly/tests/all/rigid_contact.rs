@@ -262,7 +262,7 @@ fn derivatives_hold_with_a_bone_that_moves() {
         let mut matrix = BlockSymmetric::zeros(assembly.pattern().clone());
         let at = assembly.configuration(&x, &[]).unwrap();
         assembly.hessian(at, HessianProjection::None, &mut matrix);
-        let u: Vec<f64> = (0..assembly.dofs().unknowns())
+        let u: Vec<f64> = (0..assembly.dofs().vector_len())
             .map(|i| wave(i, 0, 0.5))
             .collect();
         let mut all = vec![[0.0; 3]; x.len()];

@@ -243,7 +243,7 @@ fn assembly(names: &[&str], cells: [usize; 3]) -> (Assembly<3>, Vec<Point>) {
 }
 
 fn gradient(assembly: &Assembly<3>, x: &[Point], controls: &[f64]) -> Vec<f64> {
-    let mut g = vec![0.0; assembly.dofs().unknowns()];
+    let mut g = vec![0.0; assembly.dofs().vector_len()];
     let energy = assembly.gradient(assembly.configuration(x, controls).unwrap(), &mut g);
     let alone = assembly.free_energy(assembly.configuration(x, controls).unwrap());
     assert_eq!(energy.to_bits(), alone.to_bits());
@@ -366,7 +366,7 @@ fn any_number_of_threads_gives_the_same_bits_of_all_terms() {
         pool.unwrap().install(|| {
             let (assembly, x) = assembly(&NAMES, [9, 9, 42]);
             let at = assembly.configuration(&x, &CONTROLS).unwrap();
-            let n = assembly.dofs().unknowns();
+            let n = assembly.dofs().vector_len();
             let (mut product, mut force) = (vec![0.0; n], vec![0.0; n]);
             assembly.hessian_vector(at, &x, &mut product);
             assembly.control_gradient(at, 3, &mut force);

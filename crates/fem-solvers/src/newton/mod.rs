@@ -4,6 +4,7 @@ mod direction;
 mod factorizer;
 mod line_minimum;
 mod line_search;
+mod padded;
 mod params;
 mod problem;
 mod repair;

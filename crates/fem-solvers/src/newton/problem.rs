@@ -36,9 +36,10 @@ pub trait NonlinearProblem<const D: usize> {
     /// `g = ∂E/∂x`, 0 where a scalar is absent; `g` is overwritten.
     fn gradient(&self, x: &[f64], g: &mut [f64]);
 
-    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten, and where
-    /// scalars are absent [padded](BlockSymmetric::fill_padding). Asked of every problem that has a pattern;
-    /// left out, it is NaN, which ends a solve.
+    /// `∂²E/∂x²` on [`pattern`](Self::pattern); every stored block of `out` is overwritten. What is
+    /// written where scalars are absent does not matter: whoever asks
+    /// [pads](BlockSymmetric::fill_padding). Asked of every problem that has a pattern; left out, it is
+    /// NaN, which ends a solve.
     fn hessian(&self, _x: &[f64], _projection: HessianProjection, out: &mut BlockSymmetric<D>) {
         out.values_mut().fill([[f64::NAN; D]; D]);
     }
@@ -50,6 +51,7 @@ pub trait NonlinearProblem<const D: usize> {
             Some(pattern) => {
                 let mut matrix = BlockSymmetric::zeros(pattern);
                 self.hessian(x, projection, &mut matrix);
+                matrix.fill_padding();
                 matrix.apply(v, y);
             }
             None => y.fill(f64::NAN),

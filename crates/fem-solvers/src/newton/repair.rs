@@ -2,6 +2,7 @@
 
 use super::direction::{Descent, DescentDirection, DescentOutcome, NewtonSystem, policy};
 use super::factorizer::Factorizer;
+use super::padded;
 use super::shift::{ShareRule, Shift};
 use super::tangent::{Products, Tangent};
 use super::{
@@ -252,8 +253,10 @@ impl<'d, const D: usize> Workspace<'d, D> {
         if let Some(matrix) = &self.matrix {
             let change = self.change.get_or_insert_with(|| matrix.clone());
             match has_sides {
-                true => (at.problem).one_sided_hessian(at.x, result.projection, 1.0, change),
-                false => at.problem.hessian(at.x, result.projection, change),
+                true => {
+                    padded::one_sided_hessian(at.problem, at.x, result.projection, 1.0, change);
+                }
+                false => padded::hessian(at.problem, at.x, result.projection, change),
             }
             change.add_scaled(-1.0, matrix);
         }
@@ -329,7 +332,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
         };
         let current = std::mem::take(&mut self.current);
         if !(current && projection == HessianProjection::None) {
-            at.problem.hessian(at.x, projection, matrix);
+            padded::hessian(at.problem, at.x, projection, matrix);
         }
         self.check_finite()
     }
@@ -345,7 +348,8 @@ impl<'d, const D: usize> Workspace<'d, D> {
         }
         if let Some(matrix) = &mut self.matrix {
             self.current = false;
-            (at.problem).one_sided_hessian(at.x, HessianProjection::None, share, matrix);
+            let exact = HessianProjection::None;
+            padded::one_sided_hessian(at.problem, at.x, exact, share, matrix);
         }
         self.check_finite()
     }

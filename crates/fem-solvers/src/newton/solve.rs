@@ -1,6 +1,7 @@
 //! The Newton loop.
 
 use super::line_search::{Accepted, Start, by_gradient, search};
+use super::padded;
 use super::repair::{Direction, Workspace};
 use super::shift::{ShareRule, Shift};
 use super::target::{Target, Targets};
@@ -424,7 +425,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         self.workspace.follow(problem);
         match &mut self.workspace.matrix {
             Some(matrix) => {
-                problem.hessian(x, HessianProjection::None, matrix);
+                padded::hessian(problem, x, HessianProjection::None, matrix);
                 matrix.absolute_product(x)
             }
             None => vec![0.0; x.len()],
@@ -491,7 +492,7 @@ impl<'d, const D: usize> Newton<'d, D> {
             matrix, factorizer, ..
         } = &mut self.workspace;
         let matrix = matrix.as_mut().ok_or(NewtonFailure::NeedsMatrix)?;
-        problem.hessian(x, HessianProjection::None, matrix);
+        padded::hessian(problem, x, HessianProjection::None, matrix);
         Ok(factorizer.factor(matrix)?)
     }
 

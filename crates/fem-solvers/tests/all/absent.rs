@@ -9,6 +9,14 @@ fn without<const D: usize>(
     full: &BlockSymmetric<D>,
     absent: &[(usize, usize)],
 ) -> BlockSymmetric<D> {
+    leaving(full, absent, [f64::NAN, -1e8, 1e200])
+}
+
+fn leaving<const D: usize>(
+    full: &BlockSymmetric<D>,
+    absent: &[(usize, usize)],
+    nonsense: [f64; 3],
+) -> BlockSymmetric<D> {
     let pattern = BlockPattern::clone(full.pattern());
     let pattern = Arc::new(pattern.with_absent(absent.iter().copied()).unwrap());
     let mut a = BlockSymmetric::<D>::zeros(pattern.clone());
@@ -19,7 +27,7 @@ fn without<const D: usize>(
             for r in 0..D {
                 for c in 0..D {
                     if absent.contains(&(row, r)) || absent.contains(&(column, c)) {
-                        a.values_mut()[k][r][c] = [f64::NAN, -1e8, 1e200][(k + r + c) % 3];
+                        a.values_mut()[k][r][c] = nonsense[(k + r + c) % 3];
                     }
                 }
             }
@@ -102,9 +110,14 @@ fn solved<T: FactorScalar, const D: usize>(
 }
 
 /// Both precisions, one and two threads, one and several right-hand sides.
-fn check<const D: usize>(name: &str, full: &BlockSymmetric<D>, absent: &[(usize, usize)]) {
+fn check<const D: usize>(
+    name: &str,
+    full: &BlockSymmetric<D>,
+    absent: &[(usize, usize)],
+    columns: usize,
+) -> Arc<SymbolicCholesky<D>> {
     let a = without(full, absent);
-    let (n, columns) = (a.dim(), 3);
+    let n = a.dim();
     let symbolic = Arc::new(SymbolicCholesky::new(a.pattern()));
     assert_eq!(symbolic.unknowns(), n - absent.len(), "{name}");
     let b = right_hand_sides::<D>(n, absent, columns);
@@ -138,6 +151,7 @@ fn check<const D: usize>(name: &str, full: &BlockSymmetric<D>, absent: &[(usize,
             "{name}"
         );
     }
+    symbolic
 }
 
 #[test]
@@ -148,11 +162,13 @@ fn a_factor_of_what_is_left_agrees_with_a_dense_one() {
             &name,
             &random_matrix(seed, blocks, degree),
             &some::<2>(seed, blocks),
+            3,
         );
         check::<3>(
             &name,
             &random_matrix(seed, blocks, degree),
             &some::<3>(seed, blocks),
+            3,
         );
     }
 }
@@ -161,27 +177,32 @@ fn a_factor_of_what_is_left_agrees_with_a_dense_one() {
 #[test]
 fn chains_and_grids_too() {
     let chain = grid_matrix::<3>([400, 1, 1]).0;
-    check::<3>("chain", &chain, &some::<3>(6, 400));
+    check::<3>("chain", &chain, &some::<3>(6, 400), 3);
     let grid = grid_matrix::<2>([12, 8, 8]).0;
-    check::<2>("grid", &grid, &some::<2>(7, 768));
+    // Below this many numbers of the factor times columns a solve is one task.
+    let columns = 12;
+    let symbolic = check::<2>("grid", &grid, &some::<2>(7, 768), columns);
+    let numbers = columns * symbolic.fill();
+    assert!(numbers > 2 * 400_000, "{numbers}");
     // All of a plane of blocks, and one axis of the next one.
     let planes = (0..768).filter(|i| i % 12 < 2);
     let planes: Vec<_> = planes
         .flat_map(|i| (0..2 - i % 12).map(move |k| (i, k)))
         .collect();
-    check::<2>("planes", &grid, &planes);
+    check::<2>("planes", &grid, &planes, 3);
 }
 
 #[test]
 fn nothing_may_be_left_or_all() {
     let full = random_matrix::<3>(8, 30, 2);
     let all: Vec<_> = (0..30).flat_map(|i| (0..3).map(move |k| (i, k))).collect();
-    check::<3>("none left", &full, &all);
-    check::<3>("one left", &full, &all[1..]);
-    check::<3>("all left", &full, &[]);
+    check::<3>("none left", &full, &all, 3);
+    check::<3>("one left", &full, &all[1..], 3);
+    check::<3>("all left", &full, &[], 3);
 }
 
-/// The systems of a problem without absent scalars are what they were, to the last bit.
+/// Scalars past the size of the blocks may be absent: matrix and solution are those of a pattern that does
+/// not name them, to the last bit.
 #[test]
 fn an_axis_that_blocks_do_not_have_is_not_missed() {
     let full = random_matrix::<3>(9, 60, 3);
@@ -412,4 +433,103 @@ fn what_is_absent_belongs_to_the_pattern() {
         CholeskyFactor::<f64, 2>::factor(&symbolic, &a),
         Err(CholeskyError::PatternMismatch { .. })
     ));
+}
+
+/// ½ xᵀ A x − bᵀ x of the scalars that are there; its Hessian holds anything where the others are.
+struct Careless {
+    given: BlockSymmetric<3>,
+    padded: BlockSymmetric<3>,
+    b: Vec<f64>,
+}
+
+impl Careless {
+    fn new(full: &BlockSymmetric<3>, absent: &[(usize, usize)]) -> Self {
+        let given = leaving(full, absent, [70.0, -1e5, 3.0]);
+        let mut padded = given.clone();
+        padded.fill_padding();
+        let mut b: Vec<f64> = (0..given.dim()).map(|i| (0.3 * i as f64).sin()).collect();
+        absent
+            .iter()
+            .for_each(|&(row, axis)| b[3 * row + axis] = 0.0);
+        Self { given, padded, b }
+    }
+
+    /// A x, 0 where a scalar is absent.
+    fn product(&self, x: &[f64]) -> Vec<f64> {
+        let (mut there, mut product) = (x.to_vec(), vec![0.0; x.len()]);
+        for &(row, axis) in self.given.pattern().absent() {
+            there[3 * row + axis] = 0.0;
+        }
+        self.padded.apply(&there, &mut product);
+        product
+    }
+}
+
+impl NonlinearProblem<3> for Careless {
+    fn blocks(&self) -> usize {
+        self.given.pattern().blocks()
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.given.pattern().clone())
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        let product = self.product(x);
+        let terms = x.iter().zip(&product).zip(&self.b);
+        terms.map(|((x, ax), b)| x * (0.5 * ax - b)).sum()
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        let product = self.product(x);
+        (0..g.len()).for_each(|i| g[i] = product[i] - self.b[i]);
+    }
+    fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<3>) {
+        out.values_mut().copy_from_slice(self.given.values());
+    }
+}
+
+#[test]
+fn what_a_problem_leaves_in_absent_places_reaches_no_solver() {
+    let full = grid_matrix::<3>([6, 5, 5]).0;
+    let absent = some::<3>(13, 150);
+    let problem = Careless::new(&full, &absent);
+    let expected = dense(&problem.padded, &absent, &problem.b, 1);
+    let pcg = |preconditioner| LinearSolver::Pcg {
+        preconditioner,
+        max_iterations: 500,
+    };
+    for linear_solver in [
+        LinearSolver::Direct,
+        pcg(PreconditionerChoice::Identity),
+        pcg(PreconditionerChoice::BlockJacobi),
+        pcg(PreconditionerChoice::BlockIc0),
+    ] {
+        let params = NewtonParams {
+            linear_solver,
+            gradient_tolerance: 1e-11,
+            relative_gradient_tolerance: 0.0,
+            ..NewtonParams::default()
+        };
+        let mut x = vec![0.5; 450];
+        let mut newton = Newton::new(&problem);
+        let info = newton.solve(&problem, &mut x, &params).unwrap();
+        assert_eq!(info.projected_steps, 0, "{linear_solver:?}");
+        for i in 0..450 {
+            let right = if is_absent::<3>(&absent, i) {
+                0.5
+            } else {
+                expected[i]
+            };
+            assert!((x[i] - right).abs() < 1e-9, "{linear_solver:?}: {i}");
+        }
+    }
+}
+
+#[test]
+fn products_with_the_hessian_of_a_problem_are_padded_too() {
+    let full = grid_matrix::<3>([4, 4, 4]).0;
+    let absent = some::<3>(14, 64);
+    let problem = Careless::new(&full, &absent);
+    let (x, v) = (vec![0.0; 192], &problem.b);
+    let mut y = vec![f64::NAN; 192];
+    problem.hessian_vector(&x, HessianProjection::None, v, &mut y);
+    assert_eq!(y, problem.product(v));
 }

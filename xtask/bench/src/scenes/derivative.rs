@@ -121,7 +121,7 @@ fn tolerances(
 
 /// Free coordinates of the face, those of its linear systems.
 fn unknowns(rig: &Rig) -> usize {
-    rig.assembly().dofs().free_coordinates()
+    rig.assembly().dofs().unknowns()
 }
 
 /// Columns that took so long and so many steps, against the exact ones.

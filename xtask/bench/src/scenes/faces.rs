@@ -90,7 +90,7 @@ fn solved(
         || Ok(face.rig(params)?),
         |rig| {
             let shape = rig.solve(pose)?.positions();
-            let unknowns = rig.assembly().dofs().free_coordinates();
+            let unknowns = rig.assembly().dofs().unknowns();
             Ok((shape, rig.work(), unknowns))
         },
     )?;

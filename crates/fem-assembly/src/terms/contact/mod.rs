@@ -6,6 +6,7 @@ mod flesh;
 mod frame;
 mod geometry;
 mod pair;
+mod params;
 mod points;
 mod rigid;
 mod search;
@@ -15,7 +16,8 @@ mod tree;
 mod way;
 
 pub use distance::{Jet, SampledDistance};
-pub use flesh::{FleshContact, FleshContactParams};
+pub use flesh::FleshContact;
 pub use frame::RigidFrame;
+pub use params::FleshContactParams;
 pub use points::ContactPoint;
 pub use rigid::{RigidContact, RigidContactParams, RigidSurface};

@@ -1,7 +1,8 @@
 //! The points of the flesh that a rigid solid is tested with.
 
-use super::geometry::{Aabb, Point, cross, nearest_on_triangle, norm, sub};
+use super::geometry::{Aabb, Point, nearest_on_triangle, norm, sub};
 use super::tree::BoxTree;
+use crate::faces::area;
 use crate::mesh::{EmbeddedPoint, SimplexMesh};
 use std::collections::BTreeMap;
 
@@ -35,7 +36,7 @@ impl ContactPoint {
             let Some(&element) = owners.get(&sorted(*face)) else {
                 continue;
             };
-            let area = area(mesh, face);
+            let area = area(face.map(|n| mesh.node(n)));
             let [a, b, c] = sorted(*face);
             let places = [
                 vec![a],
@@ -99,7 +100,7 @@ impl ContactPoint {
                 continue;
             };
             counts[face as usize] += 1;
-            let area = area(mesh, &faces[face as usize]);
+            let area = area(corners[face as usize]);
             found.push((face, Self { point, area }));
         }
         let shared = |(face, point): &(u32, Self)| Self {
@@ -117,11 +118,6 @@ impl ContactPoint {
 fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face.sort_unstable();
     face
-}
-
-fn area(mesh: &SimplexMesh<3>, face: &[u32; 3]) -> f64 {
-    let [a, b, c] = face.map(|n| mesh.node(n));
-    0.5 * norm(cross(sub(b, a), sub(c, a)))
 }
 
 /// The last element of each face.

@@ -1,8 +1,8 @@
 //! Which pairs of a surface are near each other.
 
-use super::flesh::FleshContactParams;
 use super::geometry::{Aabb, Point, cross, dot, nearest_on_triangle, norm, segment_distance, sub};
 use super::pair::{BAND, Kind, Pair};
+use super::params::FleshContactParams;
 use super::surface::{Normals, Surface};
 use super::tree::BoxTree;
 use super::way::Way;

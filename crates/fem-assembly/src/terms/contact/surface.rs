@@ -5,6 +5,7 @@ use super::geometry::{Aabb, Point, add, cross, norm, scale, sub, unit};
 use super::solid::Solid;
 use super::way::Way;
 use crate::error::AssemblyError;
+use crate::faces;
 use crate::mesh::SimplexMesh;
 use fem_solvers::parallel::map;
 
@@ -63,7 +64,8 @@ impl Surface {
         points.dedup();
         let edges = edges_of(triangles);
         let mut area = vec![0.0; count];
-        let third: Vec<f64> = triangles.iter().map(|t| doubled(&rest, t) / 6.0).collect();
+        let third = |t: &[u32; 3]| faces::area(t.map(|n| rest[n as usize])) / 3.0;
+        let third: Vec<f64> = triangles.iter().map(third).collect();
         for (triangle, third) in triangles.iter().zip(&third) {
             triangle.iter().for_each(|&n| area[n as usize] += third);
         }
@@ -156,11 +158,6 @@ impl Surface {
 fn around(vertices: &[u32], way: &Way) -> Aabb {
     let around = Aabb::around(vertices.iter().flat_map(|&v| way.ends(v)));
     around.grown(super::pair::BAND * norm(sub(around.high, around.low)))
-}
-
-fn doubled(positions: &[Point], triangle: &[u32; 3]) -> f64 {
-    let [a, b, c] = triangle.map(|n| positions[n as usize]);
-    norm(cross(sub(b, a), sub(c, a)))
 }
 
 /// In lexical order of their nodes.

@@ -163,7 +163,7 @@ struct Product<'a>(&'a Assembly<2>, &'a [[f64; 2]]);
 
 impl LinearOperator for Product<'_> {
     fn dim(&self) -> usize {
-        self.0.dofs().unknowns()
+        self.0.dofs().vector_len()
     }
     fn structure(&self) -> Structure {
         Structure::Symmetric
@@ -193,7 +193,7 @@ fn conjugate_gradients_on_the_product_alone_give_the_dense_newton_step() {
         .iter()
         .map(|p| random.near(&[1.1 * p[0], p[1]], 0.01))
         .collect();
-    let n = body.dofs().unknowns();
+    let n = body.dofs().vector_len();
     let mut gradient = vec![0.0; n];
     body.gradient(body.configuration(&x, &[]).unwrap(), &mut gradient);
     let rhs: Vec<f64> = gradient.iter().map(|g| -g).collect();

@@ -106,7 +106,7 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         .build()
         .unwrap();
     let x: Vec<[f64; 3]> = rest.iter().map(|p| [1.1 * p[0], p[1], p[2]]).collect();
-    let mut rows = vec![0.0; body.dofs().unknowns()];
+    let mut rows = vec![0.0; body.dofs().vector_len()];
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
     taken();
 
