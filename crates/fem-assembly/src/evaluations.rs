@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// What the stencils of a term are, for the counts of [`Evaluations`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StencilKind {
     /// Elements with an elastic energy.
     Element,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 /// The numbers of a data array: integers stay integers, 32-bit floats are widened.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Values {
     /// Real numbers.
     Floats(Vec<f64>),

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 /// What a step must lower to be accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Merit {
     /// The energy, of which the gradient is the exact derivative.
     Energy,
