@@ -192,6 +192,7 @@ mod pose;
 mod reactions;
 mod rig;
 mod table;
+mod strays;
 mod targets;
 mod touching;
 mod warning;

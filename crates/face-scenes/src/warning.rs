@@ -1,8 +1,8 @@
 //! What looks wrong in a scene and can be solved all the same.
 
-use super::Scene;
 use super::check::{CheckReport, MeshReport, MuscleReport};
 use super::material::Region;
+use super::{Scene, strays};
 use face_rig::anatomy::Side;
 use fem_materials::Lame;
 use serde::{Serialize, Serializer};
@@ -74,6 +74,11 @@ pub enum Warning {
     Crowded {
         /// In how many.
         tets: usize,
+    },
+    /// Vertices of the skin that ride on other flesh than what is around them.
+    Strays {
+        /// Their numbers in the embedding.
+        vertices: Vec<u32>,
     },
     /// Not the usual 68 landmarks.
     Landmarks {
@@ -159,6 +164,14 @@ impl fmt::Display for Warning {
                 f,
                 "in {tets} tets the muscles' weights sum to more than 1: more flesh than there is room for"
             ),
+            Self::Strays { vertices } => write!(
+                f,
+                "{} vertices of the skin ({}) ride on tets that share no node with those of their nearest \
+                 neighbors, as of one lip on the other: the skin crosses itself there when the two move \
+                 apart; give them tets of their neighbors in the embedding",
+                vertices.len(),
+                first_of(vertices)
+            ),
             Self::Landmarks { landmarks } => {
                 write!(f, "{landmarks} landmarks instead of the usual 68")
             }
@@ -229,6 +242,7 @@ pub(super) fn all(scene: &Scene, report: &CheckReport, crowded: usize) -> Vec<Wa
     warnings.bones(scene, report);
     warnings.flesh(scene);
     warnings.muscles(scene, report, crowded);
+    warnings.skin(scene);
     warnings.targets(scene, report.landmarks);
     warnings.0
 }
@@ -301,6 +315,20 @@ impl Warnings {
             }));
         }
         self.add(crowded > 0, || Warning::Crowded { tets: crowded });
+    }
+
+    fn skin(&mut self, scene: &Scene) {
+        let Some(skin) = &scene.skin else {
+            return;
+        };
+        let number = |v: &u32| {
+            let point = &skin.points[*v as usize];
+            let named = scene.embedding.iter().find(|(_, known)| *known == point);
+            named.map_or(*v, |(number, _)| *number)
+        };
+        let strays = strays::strays(skin, scene.mesh.nodes());
+        let vertices: Vec<u32> = strays.iter().map(number).collect();
+        self.add(!vertices.is_empty(), || Warning::Strays { vertices });
     }
 
     fn targets(&mut self, scene: &Scene, landmarks: usize) {

@@ -1,0 +1,98 @@
+//! Vertices of a skin that ride on other flesh than what is around them.
+
+use super::Skin;
+use fem_assembly::mesh::EmbeddedPoint;
+use std::collections::BTreeSet;
+
+/// How near a neighbor must be to ride on flesh next to a vertex's own, as a share of the shortest edge
+/// of the element that carries the vertex.
+const NEAR: f64 = 0.5;
+/// Of how many near neighbors on something is said.
+const ENOUGH: usize = 3;
+
+/// The vertices of a skin whose element shares no node with the elements of most of their near
+/// neighbors: an upper lip that carries a point of the lower one, say. `rest` are the nodes' places.
+pub(super) fn strays(skin: &Skin, rest: &[[f64; 3]]) -> Vec<u32> {
+    let mut neighbors = vec![BTreeSet::new(); skin.points.len()];
+    for &[a, b, c] in &skin.triangles {
+        for (v, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+            neighbors[v as usize].extend(others);
+        }
+    }
+    let strays = |&v: &u32| {
+        let own = &skin.points[v as usize];
+        let reach = NEAR * shortest_edge(own, rest);
+        let place = |n: u32| skin.rest[n as usize];
+        let around = neighbors[v as usize].iter().copied();
+        let near: Vec<u32> = around
+            .filter(|&n| distance(place(n), place(v)) < reach)
+            .collect();
+        let apart = |n: &&u32| {
+            let other = skin.points[**n as usize].nodes;
+            !own.nodes.iter().any(|node| other.contains(node))
+        };
+        near.len() >= ENOUGH && 2 * near.iter().filter(apart).count() > near.len()
+    };
+    (0..skin.points.len() as u32).filter(strays).collect()
+}
+
+fn shortest_edge(point: &EmbeddedPoint, rest: &[[f64; 3]]) -> f64 {
+    let corner = |k: usize| rest[point.nodes[k] as usize];
+    let pairs = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));
+    let lengths = pairs.map(|(a, b)| distance(corner(a), corner(b)));
+    lengths.fold(f64::INFINITY, f64::min)
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tetrahedra, one above the other with a slit between, and a skin of small triangles around a
+    /// vertex on the lower one.
+    fn lips() -> (Vec<[f64; 3]>, Skin) {
+        let lower = [
+            [0.0, 0.0, 0.0],
+            [4.0, 0.0, 0.0],
+            [2.0, 0.0, 4.0],
+            [2.0, -4.0, 1.0],
+        ];
+        let upper = lower.map(|[x, y, z]| [x, 0.2 - y, z]);
+        let rest = [lower, upper].concat();
+        let on = |[x, z]: [f64; 2], first: u32| {
+            let nodes = [0, 1, 2, 3].map(|k| k + first);
+            // Both faces of the slit have the same corners but for their height.
+            let third = z / 4.0;
+            let second = (x - 2.0 * third) / 4.0;
+            EmbeddedPoint {
+                nodes,
+                weights: [1.0 - second - third, second, third, 0.0],
+            }
+        };
+        let places = [[2.0, 1.0], [2.4, 1.0], [2.0, 1.4], [1.6, 1.0], [2.0, 0.6]];
+        let points: Vec<EmbeddedPoint> = places.iter().map(|&p| on(p, 0)).collect();
+        let skin = Skin {
+            rest: points.iter().map(|p| p.position(&rest)).collect(),
+            points,
+            triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
+        };
+        (rest, skin)
+    }
+
+    #[test]
+    fn a_vertex_of_one_lip_on_the_other_is_found() {
+        let (rest, mut skin) = lips();
+        assert_eq!(strays(&skin, &rest), [0_u32; 0]);
+        skin.points[0].nodes = [4, 5, 6, 7];
+        assert_eq!(strays(&skin, &rest), [0]);
+        // Neighbors as far away as the element is large say nothing.
+        for n in 1..5 {
+            let middle = skin.rest[0];
+            skin.rest[n] = std::array::from_fn(|i| middle[i] + 9.0 * (skin.rest[n][i] - middle[i]));
+        }
+        assert_eq!(strays(&skin, &rest), [0_u32; 0]);
+    }
+}
