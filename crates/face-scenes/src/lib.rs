@@ -176,6 +176,7 @@ mod assembly;
 mod check;
 mod contact;
 mod courses;
+mod distance;
 mod error;
 mod expression;
 mod format;

@@ -1,6 +1,7 @@
 //! Vertices of a skin that ride on other flesh than what is around them.
 
 use super::Skin;
+use super::distance::distance;
 use fem_assembly::mesh::EmbeddedPoint;
 use std::collections::BTreeSet;
 
@@ -41,10 +42,6 @@ fn shortest_edge(point: &EmbeddedPoint, rest: &[[f64; 3]]) -> f64 {
     let pairs = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));
     let lengths = pairs.map(|(a, b)| distance(corner(a), corner(b)));
     lengths.fold(f64::INFINITY, f64::min)
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

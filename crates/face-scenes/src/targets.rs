@@ -2,6 +2,7 @@
 
 use super::alignment::Pairs;
 use super::defect::{EmbeddingDefect, LandmarkDefect, Location, TableDefect, TargetDefect};
+use super::distance::distance;
 use super::format::{DenseSpec, FilesSpec, LandmarksSpec, TargetsSpec};
 use super::load::Place;
 use super::table::Table;
@@ -43,10 +44,6 @@ pub(super) fn points(
 fn diagonal(mesh: &SimplexMesh<3>) -> f64 {
     let (low, high) = mesh.bounding_box();
     distance(low, high)
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// A target's name becomes that of its result files.

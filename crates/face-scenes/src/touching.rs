@@ -1,6 +1,7 @@
 //! With which surface flesh touches flesh.
 
 use super::defect::ContactDefect;
+use super::distance::distance;
 use super::load::Place;
 use super::{Landmark, SceneError, Skin};
 use face_rig::anatomy::EmbeddedPoint;
@@ -201,8 +202,4 @@ fn centers(near: &NearSpec, of: &SkinOf) -> Result<Vec<[f64; 3]>, ContactDefect>
         Ok(landmark.point.position(of.rest))
     };
     near.landmarks.iter().map(center).collect()
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }

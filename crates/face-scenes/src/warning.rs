@@ -1,6 +1,7 @@
 //! What looks wrong in a scene and can be solved all the same.
 
 use super::check::{CheckReport, MeshReport, MuscleReport};
+use super::distance::distance;
 use super::material::Region;
 use super::{Scene, strays};
 use face_rig::anatomy::Side;
@@ -166,10 +167,9 @@ impl fmt::Display for Warning {
             ),
             Self::Strays { vertices } => write!(
                 f,
-                "{} vertices of the skin ({}) ride on tets that share no node with those of their nearest \
+                "vertices of the skin ({}) ride on tets that share no node with those of their nearest \
                  neighbors, as of one lip on the other: the skin crosses itself there when the two move \
                  apart; give them tets of their neighbors in the embedding",
-                vertices.len(),
                 first_of(vertices)
             ),
             Self::Landmarks { landmarks } => {
@@ -216,22 +216,18 @@ fn is_plausible(height: f64) -> bool {
 /// closing it carry it away?
 fn closes(scene: &Scene) -> bool {
     let place = |&n: &u32| scene.mesh.node(n);
-    let apart = |a: [f64; 3], b: [f64; 3]| {
-        let square = (0..3).map(|i| (a[i] - b[i]).powi(2));
-        square.sum::<f64>().sqrt()
-    };
     let cranium: Vec<[f64; 3]> = scene.bones.cranium.iter().map(place).collect();
     let count = cranium.len() as f64;
     let middle = |i: usize| cranium.iter().map(|p| p[i]).sum::<f64>() / count;
     let middle: [f64; 3] = std::array::from_fn(middle);
     let hinge = scene.joint.hinge();
-    let away = |p: &[f64; 3]| apart(*p, hinge.point());
+    let away = |p: &[f64; 3]| distance(*p, hinge.point());
     let jaw = scene.bones.jaw.iter().map(place);
     let Some(chin) = jaw.max_by(|a, b| away(a).total_cmp(&away(b))) else {
         return false;
     };
     // Far enough to tell from a tie: 0.1 rad of a chin 0.1 m away is 10 mm.
-    let at = |angle: f64| apart(hinge.motion(angle, [0.0; 3]).apply(chin), middle);
+    let at = |angle: f64| distance(hinge.motion(angle, [0.0; 3]).apply(chin), middle);
     at(0.1) < at(-0.1) - 0.02 * away(&chin)
 }
 
@@ -350,8 +346,9 @@ impl Warnings {
 mod tests {
     use super::{Warning, is_plausible};
     use crate::material::NamedMaterial;
-    use crate::{Scene, check};
+    use crate::{Scene, Skin, check};
     use face_rig::anatomy::{CondylarPath, JawHinge, JawJoint};
+    use fem_assembly::mesh::EmbeddedPoint;
 
     #[test]
     fn a_reversed_hinge_and_flesh_without_stiffness_are_told() {
@@ -388,6 +385,49 @@ mod tests {
             assert_eq!(found.contains(&limp), wanted, "{found:?}");
             assert_eq!(found.len(), 1 + usize::from(wanted), "{found:?}");
         }
+    }
+
+    /// Five points of a skin in the middle of one tet, the first carried by a tet far away.
+    #[test]
+    fn a_vertex_that_rides_on_other_flesh_is_named_as_the_embedding_does() {
+        let mut scene = Scene::builtin(5_000).expect("a face");
+        let at = |tet: usize, w: [f64; 4]| EmbeddedPoint {
+            nodes: scene.mesh.tet(tet),
+            weights: w,
+        };
+        let near = |k: usize| {
+            let mut weights = [0.22; 4];
+            weights[k] += 0.12;
+            at(0, weights)
+        };
+        let last = scene.mesh.num_elements() - 1;
+        let points = vec![at(0, [0.25; 4]), near(0), near(1), near(2), near(3)];
+        let rest = points
+            .iter()
+            .map(|p| p.position(scene.mesh.nodes()))
+            .collect();
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+        let stray = at(last, [0.25; 4]);
+        scene.embedding = (71..).zip(points.clone()).collect();
+        scene.skin = Some(Skin {
+            points,
+            rest,
+            triangles,
+        });
+        let told = |scene: &Scene| {
+            let strays = |w: &Warning| matches!(w, Warning::Strays { .. });
+            check(scene)
+                .warnings
+                .into_iter()
+                .filter(strays)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(told(&scene), []);
+        scene.embedding.insert(71, stray);
+        if let Some(skin) = &mut scene.skin {
+            skin.points[0] = stray;
+        }
+        assert_eq!(told(&scene), [Warning::Strays { vertices: vec![71] }]);
     }
 
     #[test]
