@@ -272,11 +272,12 @@ impl<const D: usize> Assembly<D> {
             values.fill([[0.0; D]; D]);
             for (summand, work) in self.summands.iter().zip(&chunk.works) {
                 let pairs = pair(summand.stencils.vertices, 0);
+                // Runs are a chunk's own: one part of all of them, then the next, or the order of sums would be.
                 let parts = parts(summand)
                     .into_iter()
                     .filter(|(_, scale)| *scale != 0.0);
-                for (run, (projection, scale)) in
-                    (work.runs.iter()).flat_map(|run| parts.clone().map(move |part| (run, part)))
+                for ((projection, scale), run) in
+                    parts.flat_map(|part| work.runs.iter().map(move |run| (part, run)))
                 {
                     let target = Target::Matrix {
                         first: run.stencils.start,

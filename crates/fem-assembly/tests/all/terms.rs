@@ -89,6 +89,9 @@ impl Term<3> for Strings {
     fn largest_step(&self, _: Configuration<3>, _: &[Point], _: Range<usize>) -> f64 {
         7.0
     }
+    fn one_sided(&self) -> bool {
+        true
+    }
 }
 
 fn strings(count: usize) -> Strings {
@@ -372,8 +375,11 @@ fn any_number_of_threads_gives_the_same_bits_of_all_terms() {
             assembly.control_gradient(at, 3, &mut force);
             let matrix = hessian(&assembly, at, HessianProjection::None);
             let clamped = hessian(&assembly, at, HessianProjection::Clamp);
+            // Two parts of one term go into the same sums.
+            let mut shared = BlockSymmetric::zeros(assembly.pattern().clone());
+            assembly.one_sided_hessian(at, HessianProjection::None, 0.3, &mut shared);
             let numbers = [gradient(&assembly, &x, &CONTROLS), product, force].concat();
-            let matrices = [matrix.values(), clamped.values()].concat();
+            let matrices = [matrix.values(), clamped.values(), shared.values()].concat();
             let all = numbers.iter().chain(matrices.as_flattened().as_flattened());
             let bits: Vec<u64> = all.map(|v| v.to_bits()).collect();
             (assembly.energy(at).to_bits(), bits)
