@@ -44,6 +44,12 @@ struct Look<'a> {
     stay: Stay<'a>,
 }
 
+/// A pair, and whether its partners face each other beyond doubt.
+struct Partners {
+    pair: Pair,
+    clearly: bool,
+}
+
 /// Pairs that a look finds although they do not face each other, sorted by kind and vertices.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Stay<'a> {
@@ -55,7 +61,7 @@ pub(crate) struct Stay<'a> {
 
 impl Look<'_> {
     /// The pair, if it faces each other clearly, or is to stay and has no force at rest.
-    fn accepted(&self, pair: Pair, clearly: bool, rest: &[Point]) -> Option<Pair> {
+    fn accepted(&self, Partners { pair, clearly }: Partners, rest: &[Point]) -> Option<Pair> {
         let stays = || has(self.stay.kept, &pair) || has(self.stay.held, &pair);
         let quiet = || !(pair.energy(pair.vertices.map(|n| rest[n as usize])) > 0.0);
         (clearly || (stays() && quiet())).then_some(pair)
@@ -82,7 +88,10 @@ pub(crate) fn key(pair: &Pair) -> (Kind, [u32; 4]) {
 }
 
 impl Search {
-    pub fn new(surface: Surface, params: FleshContactParams) -> Self {
+    pub fn new(mut surface: Surface, params: FleshContactParams) -> Self {
+        if !params.edges {
+            surface.drop_edges();
+        }
         let rest = surface.rest.clone();
         let normals = surface.normals(&rest);
         let still = Way::at(rest.clone());
@@ -116,12 +125,10 @@ impl Search {
         stay: Stay,
         found: &(impl Fn(&Self, &Look, Kind, usize, usize) -> Option<T> + Sync),
     ) -> Vec<T> {
-        self.triangle_tree.fit(&self.surface.triangle_boxes(way));
-        let mut boxes = Vec::new();
-        if self.params.edges {
-            boxes = self.surface.edge_boxes(way);
-            self.edge_tree.fit(&boxes);
-        }
+        let triangles = self.surface.triangle_boxes(way);
+        self.triangle_tree.fit(&triangles);
+        let edges = self.surface.edge_boxes(way);
+        self.edge_tree.fit(&edges);
         let search = &*self;
         let positions = &way.from;
         let look = Look {
@@ -136,22 +143,25 @@ impl Search {
             let around = Aabb::around(way.ends(node)).grown(reach);
             let mut own = Vec::new();
             search.triangle_tree.visit(&around, &mut |t| {
-                own.extend(found(search, &look, Kind::Point, node as usize, t as usize));
+                if triangles[t as usize].overlaps(&around) {
+                    own.extend(found(search, &look, Kind::Point, node as usize, t as usize));
+                }
             });
             own
         };
         let of_edge = |(edge, around): (usize, &Aabb)| {
             let mut own = Vec::new();
-            search.edge_tree.visit(&around.grown(reach), &mut |other| {
-                if other as usize > edge {
+            let around = around.grown(reach);
+            search.edge_tree.visit(&around, &mut |other| {
+                if other as usize > edge && edges[other as usize].overlaps(&around) {
                     own.extend(found(search, &look, Kind::EdgeAlong, edge, other as usize));
                 }
             });
             own
         };
         let points: Vec<Vec<T>> = map(self.surface.points.iter().collect(), of_point);
-        let edges: Vec<Vec<T>> = map(boxes.iter().enumerate().collect(), of_edge);
-        points.into_iter().chain(edges).flatten().collect()
+        let pairs: Vec<Vec<T>> = map(edges.iter().enumerate().collect(), of_edge);
+        points.into_iter().chain(pairs).flatten().collect()
     }
 
     fn measure_clearance(&mut self, rest: &[Point]) {
@@ -183,11 +193,30 @@ impl Search {
         }
     }
 
+    /// The pair, if it would do. What rules most out comes first, what reads most memory last.
     fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
         if kind == Kind::Point && self.is_far(look, a, b) {
             return None;
         }
-        let pair = self.facing(look, kind, a, b)?;
+        let partners = self.partners(look, kind, a, b)?;
+        if !self.is_near(look, &partners.pair) || self.is_one_piece(kind, a, b) {
+            return None;
+        }
+        look.accepted(partners, &self.surface.rest)
+    }
+
+    /// The pair, if its partners face each other and were not neighbors or two sides of one piece of
+    /// flesh at rest.
+    fn facing(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
+        let partners = self.partners(look, kind, a, b)?;
+        if self.is_one_piece(kind, a, b) {
+            return None;
+        }
+        look.accepted(partners, &self.surface.rest)
+    }
+
+    /// May what the pair would feel be reached from where the look is?
+    fn is_near(&self, look: &Look, pair: &Pair) -> bool {
         let x = pair.vertices.map(|n| look.positions[n as usize]);
         let (gap, shares, sizes) = if pair.kind == Kind::Point {
             on_triangle(x)
@@ -200,7 +229,7 @@ impl Search {
         let high = pair.activation + margin;
         let near = gap <= high && gap >= -self.params.depth - look.margin;
         let over = |(share, size): (&f64, &f64)| *share >= -BAND - margin / size;
-        (near && shares.iter().zip(&sizes).all(over)).then_some(pair)
+        near && shares.iter().zip(&sizes).all(over)
     }
 
     /// Is a point farther before or behind the plane of a triangle than any pair may be? The cheapest of
@@ -221,54 +250,36 @@ impl Search {
         gap < -behind - rounding || gap > before + rounding && gap > before + rounding + moved()
     }
 
-    /// The pair, if its partners face each other and were not neighbors or two sides of one piece of
-    /// flesh at rest.
-    fn facing(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
+    fn partners(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Partners> {
         if kind == Kind::Point {
-            self.facing_point(look, a, b)
+            self.point_and_triangle(look, a, b)
         } else {
-            self.facing_edges(look, a, b)
+            self.two_edges(look, a, b)
         }
     }
 
-    fn facing_point(&self, look: &Look, node: usize, triangle: usize) -> Option<Pair> {
-        let corners = self.surface.triangles[triangle];
-        let normals = [look.normals.nodes[node], look.normals.triangles[triangle]];
-        let toward = dot(normals[0], normals[1]);
-        let [b, c, d] = corners;
+    fn point_and_triangle(&self, look: &Look, node: usize, triangle: usize) -> Option<Partners> {
+        let [b, c, d] = self.surface.triangles[triangle];
+        let toward = dot(look.normals.nodes[node], look.normals.triangles[triangle]);
         let vertices = [node as u32, b, c, d];
-        if !look.may_face(toward, &[Kind::Point], vertices)
-            || self.surface.are_neighbors(node as u32, &corners)
-        {
-            return None;
-        }
-        let rest = &self.surface.rest;
-        let (p, t) = (rest[node], self.surface.corners(rest, &corners));
-        let way = sub(nearest_on_triangle(p, t), p);
-        let ahead = [
-            dot(self.rest_normals.nodes[node], way),
-            dot(self.rest_normals.triangles[triangle], sub(p, t[0])),
-        ];
-        let one_piece = ahead[1] < 0.0 || is_clearly_behind(ahead, norm(way));
-        if one_piece && !self.surface.buried[node] && self.is_thin(norm(way)) {
+        if !look.may_face(toward, &[Kind::Point], vertices) {
             return None;
         }
         // Edges bear the other half.
         let share = if self.params.edges { 0.5 } else { 1.0 } * self.surface.area[node];
-        let pair = self.pair(vertices, Kind::Point, share);
-        look.accepted(pair, toward < 0.0, rest)
+        Some(Partners {
+            pair: self.pair(vertices, Kind::Point, share),
+            clearly: toward < 0.0,
+        })
     }
 
-    fn facing_edges(&self, look: &Look, first: usize, second: usize) -> Option<Pair> {
+    fn two_edges(&self, look: &Look, first: usize, second: usize) -> Option<Partners> {
         let surface = &self.surface;
         let normals = [look.normals.edges[first], look.normals.edges[second]];
         let toward = dot(normals[0], normals[1]);
         let [a, b] = [first, second].map(|e| surface.edges[e].nodes);
         let kinds = [Kind::EdgeAlong, Kind::EdgeAgainst];
         if !look.may_face(toward, &kinds, [a[0], a[1], b[0], b[1]]) {
-            return None;
-        }
-        if a.iter().any(|&n| surface.are_neighbors(n, &b)) {
             return None;
         }
         let ends = |e: [u32; 2]| e.map(|n| look.positions[n as usize]);
@@ -283,18 +294,6 @@ impl Search {
         if !(skew > KEPT * SKEW) || !(square > KEPT * SQUARE) {
             return None;
         }
-        let rest = &surface.rest;
-        let way = sub(surface.middle(rest, second), surface.middle(rest, first));
-        let ahead = [
-            dot(self.rest_normals.edges[first], way),
-            -dot(self.rest_normals.edges[second], way),
-        ];
-        let one_piece = ahead.iter().all(|&a| a < 0.0) || is_clearly_behind(ahead, norm(way));
-        let at_rest = |e: [u32; 2]| e.map(|n| rest[n as usize]);
-        let buried = a.iter().chain(&b).any(|&n| surface.buried[n as usize]);
-        if one_piece && !buried && self.is_thin(segment_distance(at_rest(a), at_rest(b))) {
-            return None;
-        }
         let kind = if along > 0.0 {
             Kind::EdgeAlong
         } else {
@@ -302,8 +301,52 @@ impl Search {
         };
         let areas = [surface.edge_area[first], surface.edge_area[second]];
         let share = 0.5 * areas[0] * areas[1] / (areas[0] + areas[1]);
-        let pair = self.pair([a[0], a[1], b[0], b[1]], kind, share);
-        look.accepted(pair, toward < 0.0 && skew > SKEW && square > SQUARE, rest)
+        Some(Partners {
+            pair: self.pair([a[0], a[1], b[0], b[1]], kind, share),
+            clearly: toward < 0.0 && skew > SKEW && square > SQUARE,
+        })
+    }
+
+    /// Were they neighbors, or two sides of one piece of flesh, at rest?
+    fn is_one_piece(&self, kind: Kind, a: usize, b: usize) -> bool {
+        if kind == Kind::Point {
+            self.are_point_and_triangle_one(a, b)
+        } else {
+            self.are_edges_one(a, b)
+        }
+    }
+
+    fn are_point_and_triangle_one(&self, node: usize, triangle: usize) -> bool {
+        let surface = &self.surface;
+        let corners = surface.triangles[triangle];
+        if surface.are_neighbors(node as u32, &corners) {
+            return true;
+        }
+        let (p, t) = (surface.rest[node], surface.corners(&surface.rest, &corners));
+        let way = sub(nearest_on_triangle(p, t), p);
+        let ahead = [
+            dot(self.rest_normals.nodes[node], way),
+            dot(self.rest_normals.triangles[triangle], sub(p, t[0])),
+        ];
+        let behind = ahead[1] < 0.0 || is_clearly_behind(ahead, norm(way));
+        behind && !surface.buried[node] && self.is_thin(norm(way))
+    }
+
+    fn are_edges_one(&self, first: usize, second: usize) -> bool {
+        let (surface, rest) = (&self.surface, &self.surface.rest);
+        let [a, b] = [first, second].map(|e| surface.edges[e].nodes);
+        if a.iter().any(|&n| surface.are_neighbors(n, &b)) {
+            return true;
+        }
+        let way = sub(surface.middle(rest, second), surface.middle(rest, first));
+        let ahead = [
+            dot(self.rest_normals.edges[first], way),
+            -dot(self.rest_normals.edges[second], way),
+        ];
+        let behind = ahead.iter().all(|&a| a < 0.0) || is_clearly_behind(ahead, norm(way));
+        let at_rest = |e: [u32; 2]| e.map(|n| rest[n as usize]);
+        let buried = a.iter().chain(&b).any(|&n| surface.buried[n as usize]);
+        behind && !buried && self.is_thin(segment_distance(at_rest(a), at_rest(b)))
     }
 
     /// Could the other side of one piece of flesh, so far away at rest, be taken for a partner that

@@ -106,6 +106,12 @@ impl Surface {
         buried
     }
 
+    /// No pairs of edges: nothing of them is moved, boxed or looked at.
+    pub fn drop_edges(&mut self) {
+        self.edges.clear();
+        self.edge_area.clear();
+    }
+
     pub fn corners(&self, positions: &[Point], triangle: &[u32; 3]) -> [Point; 3] {
         triangle.map(|n| positions[n as usize])
     }
