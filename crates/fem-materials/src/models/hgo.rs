@@ -62,7 +62,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "hgo",
         aliases: &[],
         elastic: Some(|lame| vec![("c", lame.mu), ("K", lame.bulk(Space::Solid))]),
-        about: "arteries and skin: two families of fibers that stiffen",
+        about: "arteries, skin: two families of fibers that stiffen",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(HolzapfelGasserOgden {

@@ -30,7 +30,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "inv_mooney_rivlin",
         aliases: &[],
         elastic: None,
-        about: "Mooney-Rivlin elasticity by the invariants of document 004",
+        about: "Mooney-Rivlin with a polynomial volume term, by the invariants of document 004",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let (mu01, mu10) = (p.number("mu01")?, p.number("mu10")?);

@@ -29,7 +29,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "mooney_rivlin_isochoric",
         aliases: &["mooney_rivlin_dev"],
         elastic: None,
-        about: "passive flesh of document 000, to be added to a volume term",
+        about: "rubber and flesh beyond neo-Hookean, to be added to a volume term (document 000)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(MooneyRivlin {

@@ -37,7 +37,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "ogden",
         aliases: &[],
         elastic: None,
-        about: "rubber and tissue at large stretch, fitted by exponents",
+        about: "rubber with test data of several kinds, tissue at large stretch; fitted by exponents",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let (mu, alpha) = (p.vector::<3>("mu")?, p.vector::<3>("alpha")?);

@@ -20,7 +20,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "volumetric_log",
         aliases: &[],
         elastic: None,
-        about: "volume term of document 000, to be added to a deviatoric model",
+        about: "the volume term for isochoric models (document 000)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(VolumetricLog {
