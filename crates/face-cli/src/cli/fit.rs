@@ -219,7 +219,7 @@ impl Fitting<'_> {
         start: &[f64],
         progress: &ProgressBar,
     ) -> Result<ExpressionFit, FitError> {
-        let seen = match self.args.points {
+        let observed = match self.args.points {
             Points::Landmarks => Observed::Landmarks,
             Points::Dense => Observed::Dense,
             Points::Both => Observed::Both {
@@ -236,7 +236,7 @@ impl Fitting<'_> {
             self.scene,
             rig,
             target,
-            seen,
+            observed,
             self.map,
             self.params,
             start,

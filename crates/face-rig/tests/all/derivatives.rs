@@ -468,7 +468,7 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
 }
 
 #[test]
-fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
+fn full_steps_on_the_affine_maps_find_a_rigid_pose() {
     let mut rig = rig();
     let map = Parametrization::affine(MUSCLES);
     let mut truth = Parameters::rest(MUSCLES);
@@ -502,8 +502,8 @@ fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
     let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
     let found = report.parameters.to_vec();
     assert!(largest(found.iter().zip(truth.to_vec()).map(|(a, b)| a - b)) < 1e-6);
-    let frame: AffineMap = report.parameters.jaw;
-    assert!(largest(frame.orthogonality()) < 1e-6);
+    let map: AffineMap = report.parameters.jaw;
+    assert!(largest(map.orthogonality()) < 1e-6);
 }
 
 #[test]

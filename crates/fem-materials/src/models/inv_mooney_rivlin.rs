@@ -7,7 +7,7 @@ use fem_kinematics::Real;
 
 /// ψ = μ₀₁/2 ((I² − II) III^(−2/3) − 6) + μ₁₀ (I III^(−1/3) − 3) + v₁ (√III − 1)².
 ///
-/// With μ₁₀ = A and μ₀₁ = B the deviatoric part of document 000 less its energy at rest. Finite
+/// With μ₁₀ = A and μ₀₁ = B the isochoric part of document 000 less its energy at rest. Finite
 /// only for det F > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InvMooneyRivlin {

@@ -1,4 +1,4 @@
-//! Deviatoric Mooney-Rivlin elasticity (document 000, 4.2, 4.3.1, 4.5.1.2, 4.5.1.3).
+//! Isochoric Mooney-Rivlin elasticity (document 000, 4.2, 4.3.1, 4.5.1.2, 4.5.1.3).
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{infinite_unless_positive, inverse_cube_root};

@@ -41,8 +41,8 @@ fn patch_test(material: impl Material<2> + 'static) {
             -0.3 * p[0] + 0.8 * p[1] + 0.1,
         ]
     };
-    let fixed = boundary(rest);
-    let dofs = Dofs::with_prescribed_nodes(rest, &fixed).unwrap();
+    let prescribed = boundary(rest);
+    let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     let body = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(material)
@@ -55,7 +55,7 @@ fn patch_test(material: impl Material<2> + 'static) {
         .enumerate()
         .map(|(n, p)| {
             let exact = affine(p);
-            if fixed.contains(&n) {
+            if prescribed.contains(&n) {
                 exact
             } else {
                 random.near(&exact, 0.03)
@@ -180,8 +180,8 @@ impl LinearOperator for Product<'_> {
 fn conjugate_gradients_on_the_product_alone_give_the_dense_newton_step() {
     let mesh = Triangles::new(6, 5).mesh();
     let rest = mesh.nodes();
-    let fixed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][0] == 0.0).collect();
-    let dofs = Dofs::with_prescribed_nodes(rest, &fixed).unwrap();
+    let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| rest[n][0] == 0.0).collect();
+    let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     let body = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
         .material(FLESH)
@@ -257,8 +257,8 @@ fn gauss(mut A: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
 fn an_inverted_triangle_recovers_with_the_threshold_of_the_documents() {
     let mesh = Triangles::new(4, 4).mesh();
     let rest = mesh.nodes();
-    let fixed = boundary(rest);
-    let dofs = Dofs::with_prescribed_nodes(rest, &fixed).unwrap();
+    let prescribed = boundary(rest);
+    let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     let builder = || AssemblyBuilder::new(&mesh, dofs.clone()).unwrap();
     let material = Thresholded::new(FLESH, 0.25).unwrap();
     let body = builder().material(material).unwrap().build().unwrap();
