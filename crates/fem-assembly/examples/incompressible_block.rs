@@ -39,7 +39,7 @@ fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
         .position(|p| *p == [SIZE; 3])
         .ok_or("no corner")?;
     let least = body
-        .volume_ratios(&shape)
+        .volume_ratios(body.positions(&shape)?)
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     println!(

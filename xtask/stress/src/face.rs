@@ -46,6 +46,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
     if !rig.assembly().energy(at).is_finite() {
         return Err(Failure::lie("a pose whose energy is not finite"));
     }
+    let ratios = rig.assembly().volume_ratios(at);
     let forces = forces(scene, &z, &pose.activations)?;
     let problem = Quasistatic::new(rig.assembly(), z.clone(), controls)?;
     let left = balance::kept_to_rounding(
@@ -55,7 +56,6 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
         &RigParams::default().newton,
     );
     let work = rig.work();
-    let ratios = rig.assembly().volume_ratios(&z);
     let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
     Ok(Evidence {
         steps: work.newton_steps,

@@ -179,7 +179,8 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
     };
     let mut allowed = rig_of(RigParams::default(), 1.0, 1.0);
     let shape = allowed.solve(&through()).unwrap().in_cranium_frame.clone();
-    let ratios = allowed.assembly().volume_ratios(&shape);
+    let assembly = allowed.assembly();
+    let ratios = assembly.volume_ratios(assembly.positions(&shape).unwrap());
     assert!(ratios.iter().any(|ratio| *ratio < 0.0));
     let params = RigParams {
         refuses_inverted: true,
@@ -207,7 +208,7 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
         matches!(*source, PartError::Inverted { ratio, .. } if ratio <= 0.0),
         "{source}"
     );
-    let ratios = allowed.assembly().volume_ratios(&last.in_cranium_frame);
+    let ratios = assembly.volume_ratios(assembly.positions(&last.in_cranium_frame).unwrap());
     assert!(ratios.iter().all(|ratio| *ratio > 0.0));
 }
 

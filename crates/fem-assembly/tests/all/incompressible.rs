@@ -88,7 +88,8 @@ fn patches_keep_their_volume_and_elements_need_not() {
         .solve(&problem, &mut x, &params)
         .unwrap();
     crate::promise::kept(&problem, &x, &params, &info, "patches");
-    let ratios = body.volume_ratios(&problem.positions(&x));
+    let shape = problem.positions(&x);
+    let ratios = body.volume_ratios(body.positions(&shape).unwrap());
     for patch in patches.lists() {
         let (mut now, mut rest) = (0.0, 0.0);
         for &(e, _) in patch {
