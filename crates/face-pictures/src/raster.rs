@@ -3,7 +3,7 @@
 use fem_solvers::parallel;
 
 use super::Layer;
-use super::camera::Projected;
+use super::camera::OnScreen;
 
 pub(super) const NOTHING: u32 = u32::MAX;
 
@@ -31,7 +31,7 @@ const BAND: usize = 32;
 /// Hits of all samples, row by row. `projected` holds the projected points of each layer.
 pub(super) fn rasterize(
     layers: &[Layer<'_>],
-    projected: &[Vec<Projected>],
+    projected: &[Vec<OnScreen>],
     width: usize,
     height: usize,
 ) -> Vec<Hit> {
@@ -48,14 +48,7 @@ pub(super) fn rasterize(
     hits
 }
 
-fn fill(
-    rows: &mut [Hit],
-    width: usize,
-    first: usize,
-    c: [Projected; 3],
-    layer: u32,
-    triangle: u32,
-) {
+fn fill(rows: &mut [Hit], width: usize, first: usize, c: [OnScreen; 3], layer: u32, triangle: u32) {
     let count = rows.len() / width;
     let (low_y, high_y) = (
         c[0].y.min(c[1].y).min(c[2].y),

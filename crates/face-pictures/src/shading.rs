@@ -2,7 +2,7 @@
 
 use fem_solvers::parallel;
 
-use super::camera::Projected;
+use super::camera::OnScreen;
 use super::canvas::Canvas;
 use super::colormap::{to_linear, to_srgb};
 use super::occlusion::ambient_light;
@@ -58,7 +58,7 @@ struct View<'a> {
     width: usize,
     height: usize,
     /// The projected points of each layer.
-    projected: Vec<Vec<Projected>>,
+    projected: Vec<Vec<OnScreen>>,
     /// The normals at the corners of each layer's triangles.
     normals: Vec<Vec<[[f32; 3]; 3]>>,
     hits: Vec<Hit>,
@@ -71,7 +71,7 @@ impl<'a> View<'a> {
         let (w, h) = (width * SAMPLES, height * SAMPLES);
         let project = camera.projection(w, h);
         let of_layer = |l: &Layer| l.points.iter().map(|&p| project(p)).collect();
-        let projected: Vec<Vec<Projected>> = layers.iter().map(of_layer).collect();
+        let projected: Vec<Vec<OnScreen>> = layers.iter().map(of_layer).collect();
         let normals = layers.iter();
         let normals = normals.map(|l| corner_normals(l.points, l.triangles, l.crease_degrees));
         Self {
@@ -216,7 +216,7 @@ fn light(albedo: [f32; 3], n: [f32; 3], open: f32, gloss: f32) -> [f32; 3] {
 }
 
 /// 1 on an edge of the triangle, 0 from about one pixel away.
-fn edge(layer: &Layer<'_>, projected: &[Projected], hit: &Hit) -> f32 {
+fn edge(layer: &Layer<'_>, projected: &[OnScreen], hit: &Hit) -> f32 {
     let c = layer.triangles[hit.triangle as usize].map(|i| projected[i as usize]);
     let area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
     let [w1, w2] = hit.weights.map(f64::from);

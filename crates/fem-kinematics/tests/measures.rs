@@ -501,6 +501,12 @@ fn rest_shapes() {
         close(product, Mat::identity().scale(-shape.volume), 1e-15);
         let mut sum = [0.0; 3];
         for a in 0..4 {
+            // λ is 1 at its vertex and 0 at the others.
+            let gradient = shape.barycentric_gradient(a);
+            for (c, x) in X.iter().enumerate().filter(|(c, _)| *c != a) {
+                let drop: f64 = (0..3).map(|i| gradient[i] * (X[a][i] - x[i])).sum();
+                assert!((drop - 1.0).abs() < 1e-11, "{a} {c}: {drop}");
+            }
             let b = shape.area_normal(a);
             for i in 0..3 {
                 sum[i] += b[i];

@@ -212,6 +212,9 @@ impl RigidContact {
     }
 
     /// How much deeper points are in a solid than at rest, at most; meters, 0 where none is.
+    ///
+    /// # Panics
+    /// When there are fewer positions than nodes.
     pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
         let placed = self.placed(positions);
         let depth = |(s, p): (usize, &ContactPoint)| {
