@@ -2,7 +2,7 @@
 #![allow(missing_docs)]
 
 use fem_materials::Material;
-use fem_materials::registry::{Entry, ModelVisitor, Parameter, for_each_model};
+use fem_materials::registry::{Entry, ModelVisitor, for_each_model};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -168,56 +168,46 @@ fn every_mistake_of_the_documents_has_a_test_that_exists() {
     assert!(count > 50, "{count} rows");
 }
 
-/// Names, dimensions and parameters of the registry.
+/// Every model by name, with its lines for people.
 #[derive(Default)]
-struct Names(Vec<(&'static str, usize, &'static [Parameter])>);
+struct Models(Vec<(&'static str, [&'static str; 2])>);
 
-impl ModelVisitor for Names {
+impl ModelVisitor for Models {
     fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
-        self.0.push((entry.name, D, entry.parameters));
-    }
-}
-
-#[test]
-fn every_model_is_explained_with_its_parameters_units_domain_and_purpose() {
-    let text = std::fs::read_to_string(root().join("docs/models.md")).expect("the page exists");
-    let mut names = Names::default();
-    for_each_model(&mut names);
-    for (name, dimension, parameters) in names.0 {
-        let row = text
-            .lines()
-            .find(|line| {
-                line.starts_with('|')
-                    && line.matches('|').count() == 7
-                    && quoted(line.split('|').nth(1).expect("a cell")).contains(&name)
-            })
-            .unwrap_or_else(|| panic!("docs/models.md has no row for `{name}`"));
-        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
-        assert!(cells.iter().all(|cell| !cell.is_empty()), "{row}");
-        assert!(
-            cells[2].contains(&dimension.to_string()),
-            "{name}: {dimension}D"
-        );
-        let shared = ["the same", "the fiber's"]
-            .iter()
-            .any(|w| cells[1].contains(w));
-        for parameter in parameters {
-            let listed = quoted(cells[1]).contains(&parameter.name);
-            assert!(listed || shared, "{name}: no `{}`", parameter.name);
-            assert!(
-                parameter.unit != "Pa" || cells[1].contains("[Pa]") || shared,
-                "{name}"
-            );
+        self.0.push((entry.name, [entry.about, entry.domain]));
+        for parameter in entry.parameters {
+            let texts = [parameter.about, parameter.default];
+            assert!(texts.iter().all(|t| !t.is_empty()), "{}", entry.name);
         }
     }
 }
 
 #[test]
+fn every_model_is_explained_with_its_parameters_units_domain_and_purpose() {
+    let mut models = Models::default();
+    for_each_model(&mut models);
+    for (name, texts) in models.0 {
+        assert!(texts.iter().all(|t| !t.is_empty()), "{name}: {texts:?}");
+    }
+    let page = std::fs::read_to_string(root().join("docs/models.md")).expect("the page exists");
+    let renewed = model_page::renewed(&page).expect("the page has its markers");
+    let changed: Vec<&str> = renewed
+        .lines()
+        .filter(|line| !page.lines().any(|known| known == *line))
+        .collect();
+    assert!(
+        renewed == page,
+        "docs/models.md is not as the models say; `cargo xtask models` writes it\n{}",
+        changed.join("\n")
+    );
+}
+
+#[test]
 fn a_model_is_one_file_that_no_other_file_names() {
-    let mut names = Names::default();
-    for_each_model(&mut names);
+    let mut models = Models::default();
+    for_each_model(&mut models);
     let all = sources("crates/fem-materials/src");
-    for (name, ..) in names.0 {
+    for (name, _) in models.0 {
         let literal = format!("\"{name}\"");
         let homes: Vec<_> = all
             .iter()

@@ -1,5 +1,5 @@
-//! A new material is one new file, and a row in `docs/models.md` that `coverage.rs` wants: a copy of the
-//! workspace gets the file, and a scene reaches it by name.
+//! A new material is one new file: a copy of the workspace gets it, a scene reaches it by name, and
+//! the tables that `cargo xtask models` writes have a row for it.
 #![allow(missing_docs)]
 
 use std::path::{Path, PathBuf};
@@ -7,12 +7,13 @@ use std::process::Command;
 use std::{env, fs, io};
 
 /// The new files and where they go.
-const ADDED: [(&str, &str); 2] = [
+const ADDED: [(&str, &str); 3] = [
     (
         "exponential_neo_hookean.rs",
         "crates/fem-materials/src/models",
     ),
     ("scene.rs", "crates/face-scenes/tests"),
+    ("added_row.rs", "xtask/model-page/tests"),
 ];
 
 #[test]
@@ -33,7 +34,8 @@ fn a_file_in_models_is_a_model_of_scenes() {
     let mut cargo = Command::new(env::var_os("CARGO").expect("tests run under cargo"));
     cargo.current_dir(&copy);
     // With the features of the whole workspace everything that is not of it is built already.
-    cargo.args(["test", "--offline", "--workspace", "--test", "scene"]);
+    cargo.args(["test", "--offline", "--workspace"]);
+    cargo.args(["--test", "scene", "--test", "added_row"]);
     cargo
         .env("CARGO_TARGET_DIR", build_folder())
         .env("CARGO_INCREMENTAL", "0");
@@ -53,11 +55,13 @@ fn a_file_in_models_is_a_model_of_scenes() {
     let output = cargo.output().expect("cargo starts");
     let text = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned());
     assert!(output.status.success(), "{}", text.join("\n"));
-    assert!(
-        text[0].contains("test a_scene_reaches_the_added_model ... ok"),
-        "{}",
-        text[0]
-    );
+    for test in [
+        "a_scene_reaches_the_added_model",
+        "the_page_of_models_gets_a_row_for_the_added_model",
+    ] {
+        let passed = text[0].contains(&format!("test {test} ... ok"));
+        assert!(passed, "{test}: {}", text[0]);
+    }
 }
 
 /// Where this test was built: `TARGET/debug/deps/new_material-...`.

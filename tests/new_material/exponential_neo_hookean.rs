@@ -27,6 +27,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
         aliases: &[],
         elastic: None,
         about: "neo-Hookean elasticity that stiffens exponentially",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let (mu, lambda) = (p.non_negative("mu")?, p.number("lambda")?);

@@ -2,7 +2,7 @@
 //!
 //! What measures or takes long runs optimized. `verify --quick` runs in the profile of the tests:
 //! next to them little is left to build. The kernels give the same bits in both. `tidy` reads the
-//! sources and builds nothing.
+//! sources and builds nothing. `models` writes the tables of `docs/models.md`.
 
 mod tidy;
 
@@ -19,11 +19,16 @@ fn main() -> ExitCode {
     }
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
-    command.args(["run", "--package", "verification"]);
-    if is_long(&arguments) {
-        command.arg("--release");
+    if arguments.first().is_some_and(|a| a == "models") {
+        command.args(["run", "--quiet", "--package", "model-page"]);
+    } else {
+        command.args(["run", "--package", "verification"]);
+        if is_long(&arguments) {
+            command.arg("--release");
+        }
+        command.arg("--").args(&arguments);
     }
-    match command.arg("--").args(&arguments).status() {
+    match command.status() {
         Ok(status) => match status.code() {
             Some(code @ (0 | 1)) => ExitCode::from(code as u8),
             _ => ExitCode::from(2),

@@ -124,7 +124,7 @@ fn arrows(root: &Path, found: &mut Vec<String>) {
                 found.push(format!("{name} depends on {other}, which lies above it"));
             }
         }
-        for above in ["verification", "workbench", "xtask"] {
+        for above in ["model-page", "verification", "workbench", "xtask"] {
             if depends(&manifest, above) {
                 found.push(format!("{name} depends on {above}, which lies above it"));
             }

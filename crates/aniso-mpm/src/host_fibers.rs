@@ -47,14 +47,14 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
             v[node] = core::array::from_fn(|c| value[c].to_f64());
             let at = grid.node_blocks().node(node).map(|i| f64::from(i) * h);
             for obstacle in &self.obstacles {
-                let Some(touch) = obstacle.touch(at, self.time + dt) else {
+                let Some(constraint) = obstacle.constraint(at, self.time + dt) else {
                     continue;
                 };
-                for normal in touch.held(&v[node]) {
+                for normal in constraint.prescribed_directions(&v[node]) {
                     collisions.push(CollisionRow {
                         node,
                         normal,
-                        speed: dot(normal, touch.velocity),
+                        speed: dot(normal, constraint.velocity),
                     });
                 }
             }

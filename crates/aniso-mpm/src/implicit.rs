@@ -329,11 +329,11 @@ impl<T: Float, S: Scheme, M: DamageField<D>, const D: usize> Simulation<T, S, M,
         let x = self.binning.nodes.node(index).map(|i| f64::from(i) * h);
         for obstacle in &self.obstacles {
             for n in obstacle
-                .touch(x, self.time + dt)
+                .constraint(x, self.time + dt)
                 .iter()
-                .flat_map(|t| t.held(v))
+                .flat_map(|constraint| constraint.prescribed_directions(v))
             {
-                // Gram-Schmidt against what is already held.
+                // Gram-Schmidt against what is already blocked.
                 let mut n: [f64; D] = n;
                 for m in &blocked {
                     let along: f64 = (0..D).map(|a| n[a] * m[a]).sum();

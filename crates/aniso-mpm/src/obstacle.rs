@@ -92,7 +92,7 @@ impl<const D: usize> Obstacle<D> {
 
     /// The condition on a node at `x` (m) at `time` (s), if it lies inside.
     #[inline]
-    pub fn touch(&self, x: [f64; D], time: f64) -> Option<ContactConstraint<D>> {
+    pub fn constraint(&self, x: [f64; D], time: f64) -> Option<ContactConstraint<D>> {
         let x: [f64; D] = core::array::from_fn(|a| x[a] - self.velocity[a] * time);
         // NaN touches nothing; the step is refused for it elsewhere.
         if !(self.shape.distance(&x) < 0.0) {
@@ -118,8 +118,8 @@ fn finite<const D: usize>(what: &'static str, values: [f64; D]) -> Result<(), Mp
 }
 
 impl<const D: usize> ContactConstraint<D> {
-    /// Unit directions in which a node with the (admissible) velocity `v` is held.
-    pub(crate) fn held(&self, v: &[f64; D]) -> Vec<[f64; D]> {
+    /// Unit directions that are prescribed of a node with the (admissible) velocity `v`.
+    pub(crate) fn prescribed_directions(&self, v: &[f64; D]) -> Vec<[f64; D]> {
         let relative: f64 = (0..D)
             .map(|a| (v[a] - self.velocity[a]) * self.normal[a])
             .sum();

@@ -313,8 +313,8 @@ fn meet<T: Float, const D: usize>(
     let mut v: [f64; D] = core::array::from_fn(|a| node[a].to_f64());
     let mut touched = false;
     for obstacle in obstacles {
-        if let Some(touch) = obstacle.touch(x, time) {
-            v = touch.apply(v);
+        if let Some(constraint) = obstacle.constraint(x, time) {
+            v = constraint.apply(v);
             touched = true;
         }
     }

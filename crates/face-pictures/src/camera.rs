@@ -24,7 +24,7 @@ pub struct Camera {
 
 /// A point as seen: pixel coordinates (x right, y down) and distance along the line of sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct OnScreen {
     pub x: f64,
     pub y: f64,
     pub depth: f64,
@@ -124,7 +124,7 @@ impl Camera {
         &self,
         width: usize,
         height: usize,
-    ) -> impl Fn([f64; 3]) -> Seen + Sync + use<> {
+    ) -> impl Fn([f64; 3]) -> OnScreen + Sync + use<> {
         let axes = self.axes();
         let target = self.target;
         let distance = self.distance(width, height);
@@ -140,7 +140,7 @@ impl Camera {
             } else {
                 scale
             };
-            Seen {
+            OnScreen {
                 x: center[0] + s * r,
                 y: center[1] - s * u,
                 depth,

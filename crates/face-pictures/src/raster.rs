@@ -3,7 +3,7 @@
 use fem_solvers::parallel;
 
 use super::Layer;
-use super::camera::Seen;
+use super::camera::OnScreen;
 
 pub(super) const NOTHING: u32 = u32::MAX;
 
@@ -28,10 +28,10 @@ const MISS: Hit = Hit {
 /// Rows of a band; fixed so that the result does not depend on the number of threads.
 const BAND: usize = 32;
 
-/// Hits of all samples, row by row. `seen` holds the projected points of each layer.
+/// Hits of all samples, row by row. `projected` holds the projected points of each layer.
 pub(super) fn rasterize(
     layers: &[Layer<'_>],
-    seen: &[Vec<Seen>],
+    projected: &[Vec<OnScreen>],
     width: usize,
     height: usize,
 ) -> Vec<Hit> {
@@ -40,7 +40,7 @@ pub(super) fn rasterize(
         let first = band * BAND;
         for (l, layer) in layers.iter().enumerate() {
             for (t, triangle) in layer.triangles.iter().enumerate() {
-                let corners = triangle.map(|i| seen[l][i as usize]);
+                let corners = triangle.map(|i| projected[l][i as usize]);
                 fill(rows, width, first, corners, l as u32, t as u32);
             }
         }
@@ -48,7 +48,7 @@ pub(super) fn rasterize(
     hits
 }
 
-fn fill(rows: &mut [Hit], width: usize, first: usize, c: [Seen; 3], layer: u32, triangle: u32) {
+fn fill(rows: &mut [Hit], width: usize, first: usize, c: [OnScreen; 3], layer: u32, triangle: u32) {
     let count = rows.len() / width;
     let (low_y, high_y) = (
         c[0].y.min(c[1].y).min(c[2].y),

@@ -2,7 +2,7 @@
 
 use fem_solvers::parallel;
 
-use super::camera::Seen;
+use super::camera::OnScreen;
 use super::canvas::Canvas;
 use super::colormap::{to_linear, to_srgb};
 use super::occlusion::ambient_light;
@@ -58,7 +58,7 @@ struct View<'a> {
     width: usize,
     height: usize,
     /// The projected points of each layer.
-    seen: Vec<Vec<Seen>>,
+    projected: Vec<Vec<OnScreen>>,
     /// The normals at the corners of each layer's triangles.
     normals: Vec<Vec<[[f32; 3]; 3]>>,
     hits: Vec<Hit>,
@@ -71,7 +71,7 @@ impl<'a> View<'a> {
         let (w, h) = (width * SAMPLES, height * SAMPLES);
         let project = camera.projection(w, h);
         let of_layer = |l: &Layer| l.points.iter().map(|&p| project(p)).collect();
-        let seen: Vec<Vec<Seen>> = layers.iter().map(of_layer).collect();
+        let projected: Vec<Vec<OnScreen>> = layers.iter().map(of_layer).collect();
         let normals = layers.iter();
         let normals = normals.map(|l| corner_normals(l.points, l.triangles, l.crease_degrees));
         Self {
@@ -79,8 +79,8 @@ impl<'a> View<'a> {
             width,
             height,
             normals: normals.collect(),
-            hits: rasterize(layers, &seen, w, h),
-            seen,
+            hits: rasterize(layers, &projected, w, h),
+            projected,
             axes: camera.axes().map(|a| a.map(|x| x as f32)),
         }
     }
@@ -113,7 +113,7 @@ impl<'a> View<'a> {
         let layer = &self.layers[hit.layer as usize];
         let mut albedo = albedo(layer, hit);
         if layer.edges == Edges::Shown {
-            let line = edge(layer, &self.seen[hit.layer as usize], hit);
+            let line = edge(layer, &self.projected[hit.layer as usize], hit);
             albedo = albedo.map(|a| a * (1.0 - 0.6 * line));
         }
         light(albedo, self.normal(hit), ambient, layer.gloss)
@@ -216,8 +216,8 @@ fn light(albedo: [f32; 3], n: [f32; 3], open: f32, gloss: f32) -> [f32; 3] {
 }
 
 /// 1 on an edge of the triangle, 0 from about one pixel away.
-fn edge(layer: &Layer<'_>, seen: &[Seen], hit: &Hit) -> f32 {
-    let c = layer.triangles[hit.triangle as usize].map(|i| seen[i as usize]);
+fn edge(layer: &Layer<'_>, projected: &[OnScreen], hit: &Hit) -> f32 {
+    let c = layer.triangles[hit.triangle as usize].map(|i| projected[i as usize]);
     let area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
     let [w1, w2] = hit.weights.map(f64::from);
     let weights = [1.0 - w1 - w2, w1, w2];

@@ -1,6 +1,6 @@
 //! Panels side by side with titles and color bars.
 
-use super::camera::Seen;
+use super::camera::OnScreen;
 use super::canvas::Canvas;
 use super::colormap::{tick_text, ticks};
 use super::panel::{Marker, Occlusion, Panel, Symbol};
@@ -130,7 +130,7 @@ fn draw_panel(panel: &Panel<'_>, width: usize, height: usize) -> Result<Canvas, 
     let Shaded { mut canvas, depth } = shade(&panel.layers, &panel.camera, width, height)?;
     let project = panel.camera.projection(width, height);
     let slack = 0.02 * panel.camera.half_height;
-    let strength = |s: Seen| -> f64 {
+    let strength = |s: OnScreen| -> f64 {
         if panel.occlusion == Occlusion::Ignored {
             return 1.0;
         }

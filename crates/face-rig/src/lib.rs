@@ -18,7 +18,7 @@
 //! let at = |z: f64| move |n: &usize| (nodes[*n][2] - z).abs() < 1e-9;
 //! let cranium: Vec<usize> = (0..mesh.num_nodes()).filter(at(0.0)).collect();
 //! let jaw: Vec<usize> = (0..mesh.num_nodes()).filter(at(0.08)).collect();
-//! let held = [cranium, jaw.clone()].concat();
+//! let prescribed = [cranium, jaw.clone()].concat();
 //! let fiber = |element| Fiber {
 //!     element,
 //!     control: 0,
@@ -28,7 +28,7 @@
 //! };
 //! let fibers: Vec<Fiber> = (0..mesh.num_elements() / 2).map(fiber).collect();
 //! let law = FiberLaw { curve: PhysBam::default(), stretch: Stretch::Total };
-//! let flesh = AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &held)?)?
+//! let flesh = AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed)?)?
 //!     .material(StableNeoHookean { mu: 1e4, lambda: 9e4 })?
 //!     .fibers(law, 1, &fibers)?
 //!     .build()?;

@@ -368,7 +368,7 @@ mod tests {
                     .map(|p| (p.name.to_owned(), p.default.into()))
                     .collect();
                 let text = serde_json::json!({ *name: values }).to_string();
-                let spec: crate::MaterialSpec = serde_json::from_str(&text).expect(name);
+                let spec: crate::SceneMaterial = serde_json::from_str(&text).expect(name);
                 self.scene.regions[0].material = spec.resolve().expect(name);
                 let assembly = self.scene.assembly().expect(name);
                 let turned: Vec<_> = assembly

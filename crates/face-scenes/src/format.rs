@@ -3,7 +3,7 @@
 use super::contact::ContactSpec;
 use super::courses::{DrawnMuscle, DrawnRegion, LigamentSpec, OwnFibersSpec};
 use super::influences::{CavitySpec, LoadSpec, MotionSpec, StiffnessSpec, StrengthSpec};
-use super::material::{Fibers, MaterialSpec};
+use super::material::{Fibers, SceneMaterial};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub struct SceneFile {
     /// Where the flesh comes from.
     pub face: FaceSource,
     /// What the flesh is made of where no region says otherwise.
-    pub material: MaterialSpec,
+    pub material: SceneMaterial,
     /// Regions made of something else.
     #[serde(default)]
     pub regions: Option<RegionsSpec>,
@@ -319,7 +319,7 @@ pub struct RegionSpec {
     /// A name for reports.
     pub name: String,
     /// What it is made of.
-    pub material: MaterialSpec,
+    pub material: SceneMaterial,
 }
 
 /// Expressions to fit.

@@ -216,7 +216,7 @@ pub use influences::{
     BoxSpec, CavitySpec, ClosureSpec, Influence, InfluenceKind, LabelsSpec, LoadSpec, MotionSpec,
     PlaceSpec, SphereSpec, StiffnessSpec, StrengthSpec,
 };
-pub use material::{FiberCurve, FiberStretch, Fibers, MaterialSpec, NamedMaterial, Region};
+pub use material::{FiberCurve, FiberStretch, Fibers, NamedMaterial, Region, SceneMaterial};
 pub use outcome::{ImpossiblePose, Outcome, Unfinished};
 pub use outline::Outline;
 pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};

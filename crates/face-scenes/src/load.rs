@@ -7,7 +7,7 @@ use super::format::{
     PathSpec, RegionsSpec, SceneFile, Volume,
 };
 use super::influences::{self, Ground};
-use super::material::{Fibers, MaterialSpec, NamedMaterial, Region};
+use super::material::{Fibers, NamedMaterial, Region, SceneMaterial};
 use super::touching::SkinOf;
 use super::{
     Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
@@ -357,7 +357,7 @@ fn limits(spec: &JointLimitsSpec, scale: f64) -> JointLimits {
     }
 }
 
-fn material(place: &Place, field: &str, spec: &MaterialSpec) -> Result<NamedMaterial, SceneError> {
+fn material(place: &Place, field: &str, spec: &SceneMaterial) -> Result<NamedMaterial, SceneError> {
     spec.resolve().map_err(|defect| place.field(field, defect))
 }
 

@@ -163,14 +163,14 @@ impl Serialize for NamedMaterial {
 /// A material of a scene file: a preset's name or the model with its parameters.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum MaterialSpec {
+pub enum SceneMaterial {
     /// One of [`fem_materials::presets`].
     Preset(String),
     /// Any model.
     Model(NamedMaterial),
 }
 
-impl Serialize for MaterialSpec {
+impl Serialize for SceneMaterial {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Model(model) => model.serialize(serializer),
@@ -183,7 +183,7 @@ impl Serialize for MaterialSpec {
     }
 }
 
-impl<'de> Deserialize<'de> for MaterialSpec {
+impl<'de> Deserialize<'de> for SceneMaterial {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let map = Map::<String, Value>::deserialize(deserializer)?;
         let count = map.len();
@@ -228,7 +228,7 @@ fn text(value: &Value) -> Option<String> {
     }
 }
 
-impl MaterialSpec {
+impl SceneMaterial {
     /// The material, or what is wrong with it.
     pub(super) fn resolve(&self) -> Result<NamedMaterial, MaterialDefect> {
         let material = match self {
@@ -370,10 +370,10 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<NamedMaterial, String> {
-        let spec: MaterialSpec = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        let spec: SceneMaterial = serde_json::from_str(text).map_err(|e| e.to_string())?;
         let material = spec.resolve().map_err(|e| e.to_string())?;
         let written = serde_json::to_string(&spec).map_err(|e| e.to_string())?;
-        let again: MaterialSpec = serde_json::from_str(&written).map_err(|e| e.to_string())?;
+        let again: SceneMaterial = serde_json::from_str(&written).map_err(|e| e.to_string())?;
         assert_eq!(again.resolve().map(|m| m.at_rest()), Ok(material.at_rest()));
         Ok(material)
     }

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 #[path = "../tests/all/spp_block.rs"]
 mod spp_block;
-use spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
+use spp_block::{LAMBDA, MU, PRESSURE, Rubber, SIZE, dofs};
 
 /// The faces of [25, 50]² of the top.
 fn loaded(mesh: &SimplexMesh<3>) -> Vec<[u32; 3]> {
@@ -39,7 +39,7 @@ fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
         .position(|p| *p == [SIZE; 3])
         .ok_or("no corner")?;
     let least = body
-        .volume_ratios(&shape)
+        .volume_ratios(body.positions(&shape)?)
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     println!(
@@ -58,13 +58,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let loads = NodalLoads::pressure(mesh.nodes(), &loaded(&mesh), PRESSURE)?;
         Ok(AssemblyBuilder::new(&mesh, dofs(mesh.nodes())?)?.term(loads)?)
     };
-    let whole = Block {
+    let whole = Rubber {
         mu: MU,
         lambda: LAMBDA,
     };
     report("linear", &linear()?.material(whole)?.build()?)?;
     for share in [0.0, 1.0] {
-        let soft = Block {
+        let soft = Rubber {
             mu: MU,
             lambda: share * MU,
         };

@@ -1,6 +1,6 @@
 //! Energy, forces and Hessian of a whole mesh.
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Positions};
 use crate::dofs::Dofs;
 use crate::error::AssemblyError;
 use crate::evaluations::{Counter, Evaluations, Pass};
@@ -19,7 +19,7 @@ use std::sync::{Arc, OnceLock};
 /// order: the same bits for any number of threads.
 ///
 /// # Panics
-/// The methods expect lists of the lengths of this assembly: a [`Configuration`] that it made itself,
+/// The methods expect lists of the lengths of this assembly: a [`Configuration`] or [`Positions`] that it made itself,
 /// D numbers for each free node, one displacement for each node.
 pub struct Assembly<const D: usize> {
     pub(crate) dofs: Dofs<D>,
@@ -63,6 +63,16 @@ impl<const D: usize> Assembly<D> {
     ) -> Result<Configuration<'a, D>, AssemblyError> {
         Configuration::checked(positions, controls, (self.rest.len(), self.controls))
     }
+    /// Positions of all nodes, meters, checked: for what no control has a part in.
+    ///
+    /// # Errors
+    /// When the list has the wrong length or a number is not finite.
+    pub fn positions<'a>(
+        &self,
+        positions: &'a [[f64; D]],
+    ) -> Result<Positions<'a, D>, AssemblyError> {
+        Positions::checked(positions, self.rest.len())
+    }
     /// The split into prescribed and free coordinates.
     pub fn dofs(&self) -> &Dofs<D> {
         &self.dofs
@@ -94,11 +104,12 @@ impl<const D: usize> Assembly<D> {
         self.elements.nodes_of(element)
     }
 
-    /// det F of every element at the given positions, the least of its quadrature points; no material
-    /// is evaluated.
-    pub fn volume_ratios(&self, positions: &[[f64; D]]) -> Vec<f64> {
+    /// det F of every element at the given positions or configuration, the least of its quadrature
+    /// points; no material is evaluated.
+    pub fn volume_ratios<'a>(&self, at: impl Into<Positions<'a, D>>) -> Vec<f64> {
+        let at = at.into();
         let of = |e: usize| {
-            self.deformation_gradients(e, positions)
+            self.deformation_gradients(e, at)
                 .map(|F| F.determinant())
                 .fold(f64::INFINITY, |least, J| if J >= least { least } else { J })
         };
@@ -112,8 +123,9 @@ impl<const D: usize> Assembly<D> {
     pub fn deformation_gradients<'a>(
         &'a self,
         element: usize,
-        positions: &'a [[f64; D]],
-    ) -> impl ExactSizeIterator<Item = fem_kinematics::Mat<f64, D>> + 'a {
+        at: impl Into<Positions<'a, D>>,
+    ) -> impl ExactSizeIterator<Item = fem_kinematics::Mat<f64, D>> {
+        let positions = at.into().as_slice();
         let of = move |point| {
             self.elements
                 .deformation_gradient(element, point, positions)

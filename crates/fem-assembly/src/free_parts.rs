@@ -40,12 +40,12 @@ pub enum RigidMotion<const D: usize> {
 const NOTHING: f64 = 1e-12;
 
 /// Translations, then rotations about `middle` over `size`: u = t + ω × (x − middle)/size, of unit size.
-struct Frame<const D: usize> {
+struct RigidMotions<const D: usize> {
     middle: [f64; D],
     size: f64,
 }
 
-impl<const D: usize> Frame<D> {
+impl<const D: usize> RigidMotions<D> {
     const MOTIONS: usize = D * (D + 1) / 2;
 
     fn of(points: impl Iterator<Item = [f64; D]> + Clone) -> Self {
@@ -192,25 +192,25 @@ impl<const D: usize> Assembly<D> {
     ) -> Option<FreePart<D>> {
         let x = at.positions();
         let anchors = if limp { &[] } else { anchors };
-        let frame = Frame::of(nodes.iter().chain(anchors).map(|&n| x[n]));
+        let rigid = RigidMotions::of(nodes.iter().chain(anchors).map(|&n| x[n]));
         let prescribed = self.prescribed_axes(nodes, anchors);
-        let count = Frame::<D>::MOTIONS;
+        let count = RigidMotions::<D>::MOTIONS;
         let mut gram = vec![0.0; count * count];
         for &(node, axis) in &prescribed {
             let of: Vec<f64> = (0..count)
-                .map(|m| frame.motion(m, &x[node])[axis])
+                .map(|m| rigid.motion(m, &x[node])[axis])
                 .collect();
             for i in 0..count {
                 (0..count).for_each(|j| gram[i * count + j] += of[i] * of[j]);
             }
         }
-        for idle in frame.idle(nodes.iter().map(|&n| x[n])) {
+        for idle in rigid.idle(nodes.iter().map(|&n| x[n])) {
             for i in 0..count {
                 (0..count).for_each(|j| gram[i * count + j] += idle[i] * idle[j]);
             }
         }
         let kept = null_space(gram, count, 1.0);
-        let free = self.without_stiffness(at, nodes, &frame, kept);
+        let free = self.without_stiffness(at, nodes, &rigid, kept);
         let coupled = |s: &crate::plan::Summand<D>| s.stencils.nodes.contains(&nodes[0]);
         let alone = nodes.len() == 1 && !self.summands.iter().any(coupled);
         (limp || !free.is_empty()).then(|| FreePart {
@@ -218,7 +218,7 @@ impl<const D: usize> Assembly<D> {
             first_node: nodes[0],
             alone,
             limp: limp && !alone,
-            motions: free.iter().map(|w| frame.name(w)).collect(),
+            motions: free.iter().map(|w| rigid.name(w)).collect(),
         })
     }
 
@@ -259,7 +259,7 @@ impl<const D: usize> Assembly<D> {
         &self,
         at: Configuration<D>,
         nodes: &[usize],
-        frame: &Frame<D>,
+        rigid: &RigidMotions<D>,
         motions: Vec<Vec<f64>>,
     ) -> Vec<Vec<f64>> {
         let (n, x) = (motions.len(), at.positions());
@@ -268,12 +268,12 @@ impl<const D: usize> Assembly<D> {
         for (b, of_b) in motions.iter().enumerate() {
             let mut u = vec![[0.0; D]; x.len()];
             for &node in nodes {
-                u[node] = frame.combined(of_b, &x[node]);
+                u[node] = rigid.combined(of_b, &x[node]);
             }
             let forces = self.hessian_vector_everywhere(at, &u);
             for (a, of_a) in motions.iter().enumerate() {
                 let work = nodes.iter().map(|&node| {
-                    let along = frame.combined(of_a, &x[node]);
+                    let along = rigid.combined(of_a, &x[node]);
                     (0..D).map(|k| along[k] * forces[node][k]).sum::<f64>()
                 });
                 curvature[a * n + b] = work.sum();
@@ -289,7 +289,7 @@ impl<const D: usize> Assembly<D> {
         let scale = scale * nodes.len() as f64;
         let found = null_space(curvature, n, scale);
         let whole = |w: Vec<f64>| {
-            let mut sum = vec![0.0; Frame::<D>::MOTIONS];
+            let mut sum = vec![0.0; RigidMotions::<D>::MOTIONS];
             for (w, motion) in w.iter().zip(&motions) {
                 sum.iter_mut().zip(motion).for_each(|(s, m)| *s += w * m);
             }
@@ -394,7 +394,7 @@ impl<const D: usize> std::fmt::Display for FreePart<D> {
             f,
             "component of {nodes} nodes (node {first_node} among them), held by "
         )?;
-        if count == Frame::<D>::MOTIONS {
+        if count == RigidMotions::<D>::MOTIONS {
             return write!(f, "nothing: {count} free motions");
         }
         write!(f, "too little: {count} free motions")?;

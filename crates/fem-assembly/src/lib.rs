@@ -59,7 +59,7 @@ mod walk;
 
 pub use assembly::Assembly;
 pub use builder::AssemblyBuilder;
-pub use configuration::Configuration;
+pub use configuration::{Configuration, Positions};
 pub use dofs::Dofs;
 pub use error::AssemblyError;
 pub use evaluations::{Evaluations, Passes, StencilCost, StencilKind};

@@ -30,7 +30,7 @@ use std::sync::Arc;
 /// let info = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default())?;
 /// assert!(info.iterations < 10);
 /// let shape = problem.positions(&x);
-/// assert!(assembly.volume_ratios(&shape).iter().all(|&j| j > 0.9));
+/// assert!(assembly.volume_ratios(assembly.positions(&shape)?).iter().all(|&j| j > 0.9));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -67,7 +67,7 @@ impl<const D: usize> RestElements<D> {
         for (element, nodes) in elements.enumerate() {
             check(nodes, rest.len())?;
             let shape = rest_shape(element, &nodes[..=D], rest)?;
-            let corners = barycentric_gradients(&shape.inverse);
+            let corners: Vec<_> = (0..=D).map(|a| shape.barycentric_gradient(a)).collect();
             let mut order: Vec<usize> = (0..nodes.len()).collect();
             order.sort_by_key(|&a| (rank[nodes[a] as usize], nodes[a]));
             all.first_rows.push(rank[nodes[order[0]] as usize]);
@@ -143,12 +143,6 @@ fn rest_shape<const D: usize>(
         volume: RestShape::from_shape_matrix(&fem_kinematics::shape_matrix(&vertices)).volume,
         nodes: corners.to_vec(),
     })
-}
-
-/// ∇λ of each corner; those of corners 1 to D are the rows of D_m⁻¹.
-fn barycentric_gradients<const D: usize>(inverse: &Mat<f64, D>) -> Vec<[f64; D]> {
-    let first = std::array::from_fn(|j| -(0..D).map(|a| inverse.0[a][j]).sum::<f64>());
-    std::iter::once(first).chain(inverse.0).collect()
 }
 
 /// Barycentric coordinates of the points of the rule: near each corner in turn.

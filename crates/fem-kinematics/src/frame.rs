@@ -85,7 +85,7 @@ fn perpendicular<T: Real, const D: usize>(u: [T; D]) -> [T; D] {
 }
 
 /// Q R = B with Q a rotation, R upper triangular, all of R's diagonal but the last entry ≥ 0.
-pub(crate) struct Frame<T: Real, const D: usize> {
+pub(crate) struct QrFactors<T: Real, const D: usize> {
     pub Q: Mat<T, D>,
     pub R: Mat<T, D>,
     /// The leading D − 1 columns are independent to rounding.
@@ -97,7 +97,7 @@ pub(crate) struct Frame<T: Real, const D: usize> {
 /// Where a column is zero, or depends on those before it, any direction that completes the frame
 /// is taken, so Q is a rotation for every finite B.
 #[inline(always)]
-pub(crate) fn orthogonalize<T: Real, const D: usize>(B: &Mat<T, D>) -> Frame<T, D> {
+pub(crate) fn orthogonalize<T: Real, const D: usize>(B: &Mat<T, D>) -> QrFactors<T, D> {
     let tiny = T::from_f64(if T::EPSILON < 1e-10 { 1e-280 } else { 1e-35 });
     let zero = T::zero();
     let mut first: [T; D] = [zero; D];
@@ -122,7 +122,7 @@ pub(crate) fn orthogonalize<T: Real, const D: usize>(B: &Mat<T, D>) -> Frame<T, 
         Q.0[1][1] = q1[0];
         R.0[0][1] = dot(q1, B.column(1));
         R.0[1][1] = dot(Q.column(1), B.column(1));
-        return Frame {
+        return QrFactors {
             Q,
             R,
             independent: nonzero1,
@@ -144,7 +144,7 @@ pub(crate) fn orthogonalize<T: Real, const D: usize>(B: &Mat<T, D>) -> Frame<T, 
     for (i, q) in [q1, q2, q3].into_iter().enumerate() {
         R.0[i][2] = dot(q, b3);
     }
-    Frame {
+    QrFactors {
         Q: Mat::from_fn(|i, j| [q1, q2, q3][j][i]),
         R,
         independent: nonzero1 & nonzero2,

@@ -110,10 +110,10 @@ impl<T: Real> Invariants<T> {
     }
 }
 
-/// The deviatoric invariants I₁ = J^(−2/D) I and I₂ = J^(−4/D) (I² − II)/2 for J > 0, which do not
+/// The isochoric invariants I₁ = J^(−2/D) I and I₂ = J^(−4/D) (I² − II)/2 for J > 0, which do not
 /// change with volume (document 000, section 4.2; D = 3 there).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeviatoricInvariants<T, const D: usize> {
+pub struct IsochoricInvariants<T, const D: usize> {
     /// I₁.
     pub first: T,
     /// I₂.
@@ -124,8 +124,8 @@ pub struct DeviatoricInvariants<T, const D: usize> {
     pub second_gradient: Mat<T, D>,
 }
 
-impl<T: Real, const D: usize> DeviatoricInvariants<T, D> {
-    /// The deviatoric invariants and their gradients; not finite for J ≤ 0.
+impl<T: Real, const D: usize> IsochoricInvariants<T, D> {
+    /// The isochoric invariants and their gradients; not finite for J ≤ 0.
     #[inline(always)]
     pub fn new(F: &Mat<T, D>) -> Self {
         let J = F.determinant();

@@ -26,7 +26,7 @@
 //! | small algebra | [`Mat`], [`Tensor4`] (dP/dF), [`to_flat`] and [`from_flat`] (9×9 orders), [`Tensor4::project`] |
 //! | elements | [`RestShape`], [`shape_matrix`], [`deformation_gradient`], [`flatten_triangle`] |
 //! | decompositions | [`signed_svd`], [`polar`], [`signed_qr`], [`symmetric_eigen`], each with its derivatives |
-//! | measures | [`green_strain`], [`corotated_strain`], [`Invariants`], [`DeviatoricInvariants`], [`log_determinant`] |
+//! | measures | [`green_strain`], [`corotated_strain`], [`Invariants`], [`IsochoricInvariants`], [`log_determinant`] |
 //! | obstacles | [`ImplicitSurface`]: signed distances of convex solids with normals and curvatures |
 //! | stresses | [`cauchy_from_piola`] and its kin |
 //!
@@ -74,7 +74,7 @@ pub use flattening::{
 pub use hessian_projection::HessianProjection;
 pub use implicit_surface::{ImplicitSurface, UnusableSurface};
 pub use invariants::{
-    DeviatoricInvariants, Invariants, determinant_minus_one, left_cauchy_green, log_determinant,
+    Invariants, IsochoricInvariants, determinant_minus_one, left_cauchy_green, log_determinant,
     right_cauchy_green,
 };
 pub use jacobi::{SymmetricEigen, jacobi_eigen, symmetric_eigen};

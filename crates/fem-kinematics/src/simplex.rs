@@ -62,6 +62,21 @@ impl<T: Real, const D: usize> RestShape<T, D> {
             volume: simplex_volume(Dm).abs(),
         }
     }
+    /// ∇λ of the barycentric coordinate of vertex `a` = 0 … D, 1/m: row a − 1 of D_m⁻¹, and minus the sum
+    /// of the others for a = 0.
+    #[inline(always)]
+    pub fn barycentric_gradient(&self, a: usize) -> [T; D] {
+        if a > 0 {
+            return self.inverse.0[a - 1];
+        }
+        core::array::from_fn(|j| {
+            let mut sum = self.inverse.0[0][j];
+            for row in &self.inverse.0[1..] {
+                sum += row[j];
+            }
+            -sum
+        })
+    }
     /// The area normals b₁ … b_D, columns of B_m = −V D_m⁻ᵀ, m² (m for triangles).
     ///
     /// A stress P pulls node a with the force P b_a; b₀ = −Σ b_a.

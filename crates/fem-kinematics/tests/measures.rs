@@ -65,21 +65,21 @@ fn invariants_of<const D: usize>() {
             gradient(&F, |F| Invariants::new(F).third),
             1e-13,
         );
-        let deviatoric = DeviatoricInvariants::new(&F);
+        let isochoric = IsochoricInvariants::new(&F);
         close(
-            deviatoric.first_gradient,
-            gradient(&F, |F| DeviatoricInvariants::new(F).first),
+            isochoric.first_gradient,
+            gradient(&F, |F| IsochoricInvariants::new(F).first),
             1e-13,
         );
         close(
-            deviatoric.second_gradient,
-            gradient(&F, |F| DeviatoricInvariants::new(F).second),
+            isochoric.second_gradient,
+            gradient(&F, |F| IsochoricInvariants::new(F).second),
             1e-13,
         );
         // They do not see the volume.
-        let scaled = DeviatoricInvariants::new(&F.scale(1.7));
-        assert!((scaled.first - deviatoric.first).abs() < 1e-14 * scaled.first);
-        assert!((scaled.second - deviatoric.second).abs() < 1e-14 * scaled.second);
+        let scaled = IsochoricInvariants::new(&F.scale(1.7));
+        assert!((scaled.first - isochoric.first).abs() < 1e-14 * scaled.first);
+        assert!((scaled.second - isochoric.second).abs() < 1e-14 * scaled.second);
     }
 }
 
@@ -501,6 +501,12 @@ fn rest_shapes() {
         close(product, Mat::identity().scale(-shape.volume), 1e-15);
         let mut sum = [0.0; 3];
         for a in 0..4 {
+            // λ is 1 at its vertex and 0 at the others.
+            let gradient = shape.barycentric_gradient(a);
+            for (c, x) in X.iter().enumerate().filter(|(c, _)| *c != a) {
+                let drop: f64 = (0..3).map(|i| gradient[i] * (X[a][i] - x[i])).sum();
+                assert!((drop - 1.0).abs() < 1e-11, "{a} {c}: {drop}");
+            }
             let b = shape.area_normal(a);
             for i in 0..3 {
                 sum[i] += b[i];

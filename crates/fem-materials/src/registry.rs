@@ -67,8 +67,10 @@ pub struct Entry<M> {
     pub name: &'static str,
     /// Other names that tables and scene files may use.
     pub aliases: &'static [&'static str],
-    /// One line: what it is for.
+    /// One line: what to choose it for.
     pub about: &'static str,
+    /// One line: the F for which the model is defined, "all F" or a condition; beyond it ψ = +∞.
+    pub domain: &'static str,
     /// All its parameters.
     pub parameters: &'static [Parameter],
     /// The parameters that give the model, less its fibers and damage, these constants at rest;

@@ -55,13 +55,13 @@ fn gradient_of(x: [[f64; 3]; 4], gradients: &[[f64; 3]; 4]) -> Mat<f64, 3> {
 }
 
 /// ∂E/∂x (N), V P ∇Nₐ summed element by element.
-pub struct Elements<'a> {
+pub struct ElementForces<'a> {
     mesh: &'a SimplexMesh<3>,
     x: &'a [[f64; 3]],
     sums: Vec<[Exact; 3]>,
 }
 
-impl<'a> Elements<'a> {
+impl<'a> ElementForces<'a> {
     /// Of a mesh whose nodes are at x.
     pub fn new(mesh: &'a SimplexMesh<3>, x: &'a [[f64; 3]]) -> Self {
         let sums = vec![[Exact::default(); 3]; x.len()];
@@ -94,13 +94,13 @@ impl<'a> Elements<'a> {
 /// of patches of volume, and its other terms.
 pub fn forces(body: &Body, x: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, Failure> {
     let pressures = pressures(body, x);
-    let mut elements = Elements::new(body.mesh(), x);
-    for part in body.parts().iter().rev() {
-        let law = part.material.law()?;
-        for &e in part.elements.iter().rev() {
+    let mut elements = ElementForces::new(body.mesh(), x);
+    for group in body.groups().iter().rev() {
+        let stress = group.material.stress()?;
+        for &e in group.elements.iter().rev() {
             elements.add(e, |F| match &pressures {
-                Some(pressures) => law(F) + F.cofactor().scale(pressures[e]),
-                None => law(F),
+                Some(pressures) => stress(F) + F.cofactor().scale(pressures[e]),
+                None => stress(F),
             });
         }
     }

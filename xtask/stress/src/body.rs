@@ -1,6 +1,6 @@
 //! Bodies that are solved: blocks of tetrahedra, their materials, what holds them.
 
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Failure, balance};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
@@ -15,7 +15,7 @@ type Terms =
     Box<dyn Fn(AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, AssemblyError> + Send + Sync>;
 
 /// Some elements and what they are made of.
-pub struct Part {
+pub struct ElementGroup {
     /// The elements.
     pub elements: Vec<usize>,
     /// Their material.
@@ -26,7 +26,7 @@ pub struct Part {
 pub struct Body {
     mesh: SimplexMesh<3>,
     prescribed: Vec<usize>,
-    parts: Vec<Part>,
+    groups: Vec<ElementGroup>,
     patches: Option<(VolumePatches, Vec<f64>)>,
     terms: Option<Terms>,
 }
@@ -48,7 +48,7 @@ impl Body {
         Self {
             mesh,
             prescribed: Vec::new(),
-            parts: vec![Part { elements, material }],
+            groups: vec![ElementGroup { elements, material }],
             patches: None,
             terms: None,
         }
@@ -68,16 +68,16 @@ impl Body {
         self
     }
 
-    /// Other materials: the part of each element by its number, a material for each part.
+    /// Other materials: the group of each element by its number, a material for each group.
     #[must_use]
-    pub fn of_parts(mut self, part: impl Fn(usize) -> usize, materials: Vec<Named>) -> Self {
-        let parts = materials.into_iter().enumerate();
+    pub fn of_groups(mut self, group: impl Fn(usize) -> usize, materials: Vec<Named>) -> Self {
+        let groups = materials.into_iter().enumerate();
         let inside = |p: usize| -> Vec<usize> {
             let all = 0..self.mesh.num_elements();
-            all.filter(|&e| part(e) == p).collect()
+            all.filter(|&e| group(e) == p).collect()
         };
-        self.parts = parts
-            .map(|(p, material)| Part {
+        self.groups = groups
+            .map(|(p, material)| ElementGroup {
                 elements: inside(p),
                 material,
             })
@@ -111,8 +111,8 @@ impl Body {
         &self.mesh
     }
     /// What it is made of.
-    pub fn parts(&self) -> &[Part] {
-        &self.parts
+    pub fn groups(&self) -> &[ElementGroup] {
+        &self.groups
     }
     /// Its patches and the bulk modulus of each element.
     pub fn patches(&self) -> Option<(&VolumePatches, &[f64])> {
@@ -123,7 +123,7 @@ impl Body {
     pub fn assembly(&self) -> Result<Assembly<3>, Failure> {
         let dofs = Dofs::with_prescribed_nodes(self.mesh.nodes(), &self.prescribed)?;
         let mut builder = AssemblyBuilder::new(&self.mesh, dofs)?;
-        for Part { elements, material } in &self.parts {
+        for ElementGroup { elements, material } in &self.groups {
             let Named { model, parameters } = material;
             builder = fem_catalog::region(builder, elements, model, parameters)??;
         }

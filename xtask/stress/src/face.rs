@@ -1,8 +1,8 @@
 //! Faces that are posed, and their forces summed outside the rig.
 
 use crate::Failure;
-use crate::balance::{self, Elements};
-use crate::law::{Law, Named};
+use crate::balance::{self, ElementForces};
+use crate::named::{Named, StressFunction};
 use crate::row::{Evidence, Settings};
 use face_rig::anatomy::FiberEntry;
 use face_rig::rig::{Parameters, Rig, RigParams};
@@ -46,6 +46,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
     if !rig.assembly().energy(at).is_finite() {
         return Err(Failure::lie("a pose whose energy is not finite"));
     }
+    let ratios = rig.assembly().volume_ratios(at);
     let forces = forces(scene, &z, &pose.activations)?;
     let problem = Quasistatic::new(rig.assembly(), z.clone(), controls)?;
     let left = balance::kept_to_rounding(
@@ -55,7 +56,6 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
         &RigParams::default().newton,
     );
     let work = rig.work();
-    let ratios = rig.assembly().volume_ratios(&z);
     let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
     Ok(Evidence {
         steps: work.newton_steps,
@@ -69,7 +69,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
 
 /// ∂E/∂x of flesh, barrier and fibers at every node, N; contacts, loads and patches are not in it.
 fn forces(scene: &Scene, x: &[[f64; 3]], activations: &[f64]) -> Result<Vec<[f64; 3]>, Failure> {
-    let mut elements = Elements::new(&scene.mesh, x);
+    let mut elements = ElementForces::new(&scene.mesh, x);
     let of_node = scene.bones.of_node();
     let is_free = |n: u32| of_node[n as usize] == face_rig::anatomy::Bone::Free;
     for (r, region) in scene.regions.iter().enumerate().rev() {
@@ -77,7 +77,7 @@ fn forces(scene: &Scene, x: &[[f64; 3]], activations: &[f64]) -> Result<Vec<[f64
             model: region.material.model.clone(),
             parameters: region.material.parameters.clone(),
         };
-        let law = material.law()?;
+        let stress = material.stress()?;
         let mu = region.material.at_rest()?.mu;
         let barred = scene.inversion == Inversion::Barred && mu > 0.0;
         let barrier = VolumeBarrier::new(BARRED_BELOW, mu.max(1.0));
@@ -88,18 +88,18 @@ fn forces(scene: &Scene, x: &[[f64; 3]], activations: &[f64]) -> Result<Vec<[f64
             }
             let held_back = barred && scene.mesh.tet(e).into_iter().any(is_free);
             elements.add(e, |F: &Mat<f64, 3>| {
-                let P = law(F);
+                let P = stress(F);
                 if held_back { P + barrier.stress(F) } else { P }
             });
         }
     }
     for fiber in scene.fiber_field.entries().iter().rev() {
         let alpha = activations[fiber.muscle as usize];
-        let tension = |alpha: f64| law_of(scene, fiber, alpha);
+        let tension = |alpha: f64| stress_of(scene, fiber, alpha);
         let tet = fiber.tet as usize;
         if alpha >= 0.0 {
-            let law = tension(alpha)?;
-            elements.add(tet, |F| law(F));
+            let stress = tension(alpha)?;
+            elements.add(tet, |F| stress(F));
         } else {
             // No model takes it, but the stress is affine in it.
             let (none, all) = (tension(0.0)?, tension(1.0)?);
@@ -132,7 +132,7 @@ fn tendon(F: &Mat<f64, 3>, a: [f64; 3], stiffness: f64, toe: f64) -> Mat<f64, 3>
 }
 
 /// A fiber of this activation as a model of its own.
-fn law_of(scene: &Scene, fiber: &FiberEntry, alpha: f64) -> Result<Law, Failure> {
+fn stress_of(scene: &Scene, fiber: &FiberEntry, alpha: f64) -> Result<StressFunction, Failure> {
     let fibers = &scene.fibers;
     let curve = match fibers.curve {
         FiberCurve::Physbam => "physbam",
@@ -169,5 +169,5 @@ fn law_of(scene: &Scene, fiber: &FiberEntry, alpha: f64) -> Result<Law, Failure>
         // The last of one name counts.
         parameters: kept.chain(own).collect(),
     };
-    Ok(named.law()?)
+    Ok(named.stress()?)
 }

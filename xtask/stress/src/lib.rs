@@ -6,7 +6,7 @@ mod balance;
 mod body;
 mod face;
 mod failure;
-mod law;
+mod named;
 mod program;
 mod row;
 pub mod rows;

@@ -255,7 +255,7 @@ fn draw(
             caption: &done[k].fit.name,
             fitted: &shapes[k][0],
             target: Some(&shapes[k][1]),
-            seen: &points[k][0],
+            observed: &points[k][0],
             wanted: &points[k][1],
         })
         .collect();

@@ -20,7 +20,7 @@ const CELL: [usize; 2] = [225, 262];
 const CELLS_IN_ROW: usize = 4;
 /// The colors of a pose at rest should not show its rounding; millimeters.
 const SMALLEST_RANGE: f64 = 0.1;
-const SEEN: [f32; 3] = [0.10, 0.45, 0.80];
+const OBSERVED: [f32; 3] = [0.10, 0.45, 0.80];
 const WANTED: [f32; 3] = [0.85, 0.15, 0.15];
 
 /// One shape of a face, ready to be drawn in several panels.
@@ -116,7 +116,7 @@ pub struct Fitted<'a> {
     pub fitted: &'a Shape,
     /// The whole target, where it is known.
     pub target: Option<&'a Shape>,
-    pub seen: &'a [[f64; 3]],
+    pub observed: &'a [[f64; 3]],
     pub wanted: &'a [[f64; 3]],
 }
 
@@ -204,7 +204,7 @@ impl Sheets {
 
     fn result<'a>(&self, fit: &Fitted<'a>) -> Panel<'a> {
         let panel = fit.fitted.plain("result", self.camera);
-        panel.dots(fit.seen, SEEN, 2.5)
+        panel.dots(fit.observed, OBSERVED, 2.5)
     }
 
     fn off<'a>(&self, fit: &Fitted<'a>, distance: &'a [f64]) -> Panel<'a> {

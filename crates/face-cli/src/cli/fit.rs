@@ -186,7 +186,7 @@ impl Fitting<'_> {
                 match fit {
                     Ok(fit) => {
                         start.clone_from(&fit.q);
-                        let finished = self.finished(place, rig, &fit, out);
+                        let finished = self.finished(place, rig, &fit, out)?;
                         let gallery = self.gallery;
                         scope.spawn(move |_| gallery.add(target, &finished));
                         fits.push(fit);
@@ -219,7 +219,7 @@ impl Fitting<'_> {
         start: &[f64],
         progress: &ProgressBar,
     ) -> Result<ExpressionFit, FitError> {
-        let seen = match self.args.points {
+        let observed = match self.args.points {
             Points::Landmarks => Observed::Landmarks,
             Points::Dense => Observed::Dense,
             Points::Both => Observed::Both {
@@ -236,7 +236,7 @@ impl Fitting<'_> {
             self.scene,
             rig,
             target,
-            seen,
+            observed,
             self.map,
             self.params,
             start,
@@ -244,17 +244,23 @@ impl Fitting<'_> {
         )
     }
 
-    fn finished(&self, place: usize, rig: &Rig, fit: &ExpressionFit, out: &Output) -> Finished {
+    fn finished(
+        &self,
+        place: usize,
+        rig: &Rig,
+        fit: &ExpressionFit,
+        out: &Output,
+    ) -> Result<Finished, Failure> {
         let parameters = self.map.parameters(&fit.q);
-        Finished {
+        Ok(Finished {
             place,
             name: fit.name.clone(),
             heading: line(fit),
             caption: format!("{}: {:.2} mm RMS", fit.name, fit.rms_after_mm),
             positions: fit.positions.clone(),
             jaw: parameters.jaw,
-            fields: Fields::of(&out.formats, self.scene, rig, &parameters, &fit.positions),
-        }
+            fields: Fields::of(&out.formats, self.scene, rig, &parameters, &fit.positions)?,
+        })
     }
 }
 

@@ -89,13 +89,13 @@ impl<'s> Gallery<'s> {
             let fitted = Shape::new(self.source, &finished.positions, &finished.jaw);
             let dense = target.dense.clone();
             let dense = dense.map(|points| Shape::of_skin(self.source, points));
-            let seen = |goal: &Goal| goal.point.position(&finished.positions);
+            let observed = |goal: &Goal| goal.point.position(&finished.positions);
             let fit = Fitted {
                 heading: &finished.heading,
                 caption: &finished.caption,
                 fitted: &fitted,
                 target: dense.as_ref(),
-                seen: &target.landmarks.iter().map(seen).collect::<Vec<_>>(),
+                observed: &target.landmarks.iter().map(observed).collect::<Vec<_>>(),
                 wanted: &target
                     .landmarks
                     .iter()

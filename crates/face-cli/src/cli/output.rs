@@ -122,7 +122,7 @@ impl Output {
         positions: &[[f64; 3]],
     ) -> Result<(), Failure> {
         let formats = &self.formats;
-        let fields = Fields::of(formats, scene, rig, parameters, positions);
+        let fields = Fields::of(formats, scene, rig, parameters, positions)?;
         let files = shape_files::write(
             &self.folder,
             formats,

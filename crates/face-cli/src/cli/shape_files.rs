@@ -3,8 +3,9 @@
 use super::args::Format;
 use super::error::Failure;
 use face_pictures::export::{GlbMesh, MorphTarget, glb, obj, write_atomically};
-use face_rig::rig::{Parameters, Rig};
+use face_rig::rig::{Parameters, Rig, RigError};
 use face_scenes::{Scene, Skin};
+use fem_assembly::Positions;
 use fem_assembly::mesh::{DataArray, MeshFile};
 use std::path::Path;
 
@@ -24,15 +25,18 @@ impl Fields {
         rig: &Rig,
         parameters: &Parameters,
         positions: &[[f64; 3]],
-    ) -> Option<Self> {
-        formats.contains(&Format::Vtu).then(|| {
-            let (stretch, activation) = fibers(scene, rig, parameters, positions);
-            Self {
-                volume_ratios: rig.assembly().volume_ratios(positions),
-                stretch,
-                activation,
-            }
-        })
+    ) -> Result<Option<Self>, Failure> {
+        if !formats.contains(&Format::Vtu) {
+            return Ok(None);
+        }
+        let shape = rig.assembly().positions(positions);
+        let shape = shape.map_err(RigError::from)?;
+        let (stretch, activation) = fibers(scene, rig, parameters, shape);
+        Ok(Some(Self {
+            volume_ratios: rig.assembly().volume_ratios(shape),
+            stretch,
+            activation,
+        }))
     }
 }
 
@@ -110,7 +114,7 @@ fn fibers(
     scene: &Scene,
     rig: &Rig,
     parameters: &Parameters,
-    positions: &[[f64; 3]],
+    positions: Positions<3>,
 ) -> (Vec<f64>, Vec<f64>) {
     (0_u32..)
         .take(scene.mesh.num_elements())

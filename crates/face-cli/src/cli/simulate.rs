@@ -94,7 +94,8 @@ impl Found {
         parameters: &Parameters,
         positions: &[[f64; 3]],
     ) -> Result<Self, Failure> {
-        let ratios = rig.assembly().volume_ratios(positions);
+        let shape = rig.assembly().positions(positions);
+        let ratios = rig.assembly().volume_ratios(shape.map_err(RigError::from)?);
         let moved = positions
             .iter()
             .zip(scene.mesh.nodes())
@@ -167,13 +168,15 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
     let RigError::NoEquilibrium { last, .. } = &error else {
         return error.into();
     };
-    let ratios = rig.assembly().volume_ratios(&last.in_cranium_frame);
+    let Ok(z) = rig.assembly().positions(&last.in_cranium_frame) else {
+        return error.into();
+    };
+    let ratios = rig.assembly().volume_ratios(z);
     let mut worst: Vec<usize> = (0..ratios.len()).collect();
     worst.sort_by(|&a, &b| ratios[a].total_cmp(&ratios[b]));
     worst.truncate(WORST);
     let stress = |element: usize| {
         let region = &scene.regions[scene.region_of_tet[element] as usize];
-        let z = &last.in_cranium_frame;
         let gradients = rig.assembly().deformation_gradients(element, z);
         let stresses = gradients.map(|f| region.material.von_mises_stress(&f).unwrap_or(f64::NAN));
         stresses.fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! Affine frames of cranium and jaw.
+//! Affine maps of cranium and jaw.
 
 /// The map X ↦ M X + t: nine numbers and a translation in meters (document 000, 2.2-2.3).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -26,7 +26,7 @@ impl AffineMap {
         matrix: [[0.0; 3]; 3],
         translation: [0.0; 3],
     };
-    /// Numbers in a frame.
+    /// Numbers in a map.
     pub const PARAMETERS: usize = 12;
 
     /// M X + t.
@@ -114,16 +114,16 @@ mod tests {
 
     #[test]
     fn the_orthogonality_differential_agrees_with_differences() {
-        let frame = AffineMap::from_array(std::array::from_fn(|k| (k as f64 * 1.7).sin()));
+        let map = AffineMap::from_array(std::array::from_fn(|k| (k as f64 * 1.7).sin()));
         for k in 0..12 {
             let h = 1e-6;
             let shifted = |s: f64| {
-                let mut numbers = frame.to_array();
+                let mut numbers = map.to_array();
                 numbers[k] += s;
                 AffineMap::from_array(numbers).orthogonality()
             };
             let (high, low) = (shifted(h), shifted(-h));
-            let exact = frame.orthogonality_differential(&AffineMap::unit(k));
+            let exact = map.orthogonality_differential(&AffineMap::unit(k));
             for e in 0..9 {
                 assert!(((high[e] - low[e]) / (2.0 * h) - exact[e]).abs() < 1e-9);
             }

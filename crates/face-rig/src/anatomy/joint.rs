@@ -187,11 +187,11 @@ impl JawJoint {
     }
 
     /// R_u(ψ) R_a(φ) or a derivative of it, and a shift.
-    fn frame(&self, turn: Mat<f64, 3>, fixed: [f64; 3], shift: [f64; 3]) -> AffineMap {
+    fn map(&self, turn: Mat<f64, 3>, center: [f64; 3], shift: [f64; 3]) -> AffineMap {
         let turned = turn.mul_vec(self.hinge.point());
         AffineMap {
             matrix: turn.0,
-            translation: std::array::from_fn(|i| fixed[i] - turned[i] + shift[i]),
+            translation: std::array::from_fn(|i| center[i] - turned[i] + shift[i]),
         }
     }
 
@@ -210,10 +210,10 @@ impl JawJoint {
             translation: by,
             ..AffineMap::ZERO
         };
-        let by_opening = self.frame(turned * opens, [0.0; 3], d.map(|v| slope * v));
-        let by_yaw = self.frame(turns * opened, [0.0; 3], [0.0; 3]);
+        let by_opening = self.map(turned * opens, [0.0; 3], d.map(|v| slope * v));
+        let by_yaw = self.map(turns * opened, [0.0; 3], [0.0; 3]);
         (
-            self.frame(turned * opened, self.hinge.point(), shift),
+            self.map(turned * opened, self.hinge.point(), shift),
             [by_opening, moved(d), moved(a), by_yaw],
         )
     }

@@ -91,7 +91,7 @@ impl Parametrization {
         self.varying().count()
     }
 
-    /// θ itself: all activations and both affine frames, 24 numbers more than muscles.
+    /// θ itself: all activations and both affine maps, 24 numbers more than muscles.
     pub fn affine(muscles: usize) -> Self {
         Self::of_all(muscles, CraniumModel::Affine, JawModel::Affine)
     }
@@ -156,8 +156,8 @@ impl Parametrization {
         for (&muscle, &value) in self.active.iter().zip(activations) {
             parameters.activations[muscle] = value;
         }
-        parameters.cranium = self.cranium_frame(cranium).0;
-        parameters.jaw = self.jaw_frame(jaw).0;
+        parameters.cranium = self.cranium_map(cranium).0;
+        parameters.jaw = self.jaw_map(jaw).0;
         parameters.controls = self.controls.iter().map(|c| c.neutral).collect();
         for ((k, _, unit), value) in self.varying().zip(&q[q.len() - self.control_numbers()..]) {
             parameters.controls[k] = unit * value;
@@ -170,11 +170,11 @@ impl Parametrization {
         let (_, cranium, jaw) = self.split(q);
         let activations = self.active.iter().map(|&m| Direction::Activation(m));
         let cranium = self
-            .cranium_frame(cranium)
+            .cranium_map(cranium)
             .1
             .into_iter()
             .map(Direction::Cranium);
-        let jaw = self.jaw_frame(jaw).1.into_iter().map(Direction::Jaw);
+        let jaw = self.jaw_map(jaw).1.into_iter().map(Direction::Jaw);
         let controls = self.varying().map(|(k, _, _)| Direction::Control(k));
         activations
             .chain(cranium)
@@ -202,7 +202,7 @@ impl Parametrization {
         (activations, cranium, &rest[..self.jaw_numbers()])
     }
 
-    fn cranium_frame(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
+    fn cranium_map(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
         match self.cranium {
             CraniumModel::Fixed => (AffineMap::IDENTITY, vec![]),
             CraniumModel::Rigid => rigid([0.0; 3], vector(numbers), vector(&numbers[3..])),
@@ -210,16 +210,16 @@ impl Parametrization {
         }
     }
 
-    fn jaw_frame(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
+    fn jaw_map(&self, numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
         match self.jaw {
             JawModel::Fixed => (AffineMap::IDENTITY, vec![]),
             JawModel::Joint(joint) => {
-                let (frame, by) = joint.motion(std::array::from_fn(|k| numbers[k]));
-                (frame, by.to_vec())
+                let (map, by) = joint.motion(std::array::from_fn(|k| numbers[k]));
+                (map, by.to_vec())
             }
             JawModel::Hinge(hinge) => {
-                let frame = hinge.motion(numbers[0], [0.0; 3]);
-                (frame, vec![hinge.motion_by_angle(numbers[0])])
+                let map = hinge.motion(numbers[0], [0.0; 3]);
+                (map, vec![hinge.motion_by_angle(numbers[0])])
             }
             JawModel::Rigid { point } => rigid(point, vector(numbers), vector(&numbers[3..])),
             JawModel::Affine => affine(numbers),
@@ -232,8 +232,8 @@ fn vector(numbers: &[f64]) -> [f64; 3] {
 }
 
 fn affine(numbers: &[f64]) -> (AffineMap, Vec<AffineMap>) {
-    let frame = AffineMap::from_array(std::array::from_fn(|k| numbers[k]));
-    (frame, (0..12).map(AffineMap::unit).collect())
+    let map = AffineMap::from_array(std::array::from_fn(|k| numbers[k]));
+    (map, (0..12).map(AffineMap::unit).collect())
 }
 
 /// X ↦ R(w)(X − p) + p + shift, and its derivatives by w and shift.

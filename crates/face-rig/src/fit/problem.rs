@@ -9,7 +9,7 @@ use fem_solvers::{
 };
 use std::cell::Cell;
 
-/// Weights of ½ w |MᵀM − I|² for the affine frames (document 000, 2.2 and 2.3); meters².
+/// Weights of ½ w |MᵀM − I|² for the affine maps (document 000, 2.2 and 2.3); meters².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Orthogonality {
     /// Weight for the cranium.
@@ -37,7 +37,7 @@ pub struct FitParams {
     pub joint_weight: f64,
     /// Tikhonov weight of the head's and the jaw's numbers, meters² over their unit squared.
     pub pose_weight: f64,
-    /// Orthogonality of affine frames.
+    /// Orthogonality of affine maps.
     pub orthogonality: Orthogonality,
     /// Robust loss of each point; its scale in meters.
     pub loss: Loss,
@@ -430,7 +430,7 @@ impl Problem<'_> {
         Ok(self.rig.solved().positions())
     }
 
-    /// (weight root, frame, number of the first row) of each frame kept near orthogonal.
+    /// (weight root, map, number of the first row) of each map kept near orthogonal.
     fn orthogonality(&self) -> [f64; 2] {
         let Orthogonality { cranium, jaw } = self.fitter.params.orthogonality;
         let map = self.fitter.parametrization;
@@ -450,8 +450,8 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn residuals(&self) -> usize {
-        let frames = self.orthogonality().iter().filter(|w| **w > 0.0).count();
-        self.fitter.observation.dim() + 9 * frames
+        let maps = self.orthogonality().iter().filter(|w| **w > 0.0).count();
+        self.fitter.observation.dim() + 9 * maps
     }
 
     fn parameters(&self) -> usize {
@@ -480,15 +480,15 @@ impl LeastSquares for Problem<'_> {
         data.iter_mut()
             .zip(&self.roots)
             .for_each(|(d, root)| *d *= root);
-        let frames = [parameters.cranium, parameters.jaw];
-        for (frame, root) in frames
+        let maps = [parameters.cranium, parameters.jaw];
+        for (map, root) in maps
             .iter()
             .zip(self.orthogonality())
             .filter(|(_, w)| *w > 0.0)
         {
             let (own, tail) = rest.split_at_mut(9);
             own.iter_mut()
-                .zip(frame.orthogonality())
+                .zip(map.orthogonality())
                 .for_each(|(o, e)| *o = root * e);
             rest = tail;
         }
@@ -522,9 +522,9 @@ impl LeastSquares for Problem<'_> {
             };
             let moved = [(parameters.cranium, cranium), (parameters.jaw, jaw)];
             let mut rest = &mut column[dim..];
-            for ((frame, d), root) in moved.iter().zip(weights).filter(|(_, w)| *w > 0.0) {
+            for ((map, d), root) in moved.iter().zip(weights).filter(|(_, w)| *w > 0.0) {
                 let (own, tail) = rest.split_at_mut(9);
-                let change = frame.orthogonality_differential(d);
+                let change = map.orthogonality_differential(d);
                 own.iter_mut().zip(change).for_each(|(o, e)| *o = root * e);
                 rest = tail;
             }

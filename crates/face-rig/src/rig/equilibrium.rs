@@ -9,7 +9,7 @@ use super::jacobian::{CountedFactor, Sensitivity};
 use super::parameters::Parameters;
 use super::work::Work;
 use crate::stopwatch::Stopwatch;
-use fem_assembly::{Assembly, Quasistatic, RenewingError, solve_renewing};
+use fem_assembly::{Assembly, Positions, Quasistatic, RenewingError, solve_renewing};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
     MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, Watch,
@@ -468,7 +468,7 @@ impl Rig {
             problem.positions(&x)
         };
         if self.params.refuses_inverted
-            && let Some((element, ratio)) = self.turned_out(&z)
+            && let Some((element, ratio)) = self.turned_out(self.assembly.positions(&z)?)
         {
             return Err(PartError::Inverted { element, ratio });
         }
@@ -476,7 +476,7 @@ impl Rig {
     }
 
     /// The element with a free node that is furthest inside out, with its det F.
-    fn turned_out(&self, z: &[[f64; 3]]) -> Option<(usize, f64)> {
+    fn turned_out(&self, z: Positions<3>) -> Option<(usize, f64)> {
         let dofs = self.assembly.dofs();
         let free = |element: usize| {
             let mut nodes = self.assembly.nodes_of(element).iter();
@@ -506,7 +506,7 @@ impl Rig {
         };
         let nodes = self.assembly.nodes_of(element).iter().copied();
         let (jaw, cranium) = nodes.partition(|n| self.jaw.contains(n));
-        let gradients = self.assembly.deformation_gradients(element, &z);
+        let gradients = self.assembly.deformation_gradients(element, at);
         let ratios = gradients.map(|gradient| gradient.determinant());
         Err(RigError::MovedOutOfDomain {
             element,

@@ -58,14 +58,14 @@ impl Parameters {
         let mix = |a: &[f64], b: &[f64]| -> Vec<f64> {
             a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
         };
-        let frame = |a: &AffineMap, b: &AffineMap| {
+        let map = |a: &AffineMap, b: &AffineMap| {
             let (a, b) = (a.to_array(), b.to_array());
             AffineMap::from_array(std::array::from_fn(|k| a[k] + t * (b[k] - a[k])))
         };
         Self {
             activations: mix(&self.activations, &other.activations),
-            cranium: frame(&self.cranium, &other.cranium),
-            jaw: frame(&self.jaw, &other.jaw),
+            cranium: map(&self.cranium, &other.cranium),
+            jaw: map(&self.jaw, &other.jaw),
             controls: mix(&self.controls, &other.controls),
         }
     }

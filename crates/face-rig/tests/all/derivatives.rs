@@ -179,7 +179,8 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
     };
     let mut allowed = rig_of(RigParams::default(), 1.0, 1.0);
     let shape = allowed.solve(&through()).unwrap().in_cranium_frame.clone();
-    let ratios = allowed.assembly().volume_ratios(&shape);
+    let assembly = allowed.assembly();
+    let ratios = assembly.volume_ratios(assembly.positions(&shape).unwrap());
     assert!(ratios.iter().any(|ratio| *ratio < 0.0));
     let params = RigParams {
         refuses_inverted: true,
@@ -207,7 +208,7 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
         matches!(*source, PartError::Inverted { ratio, .. } if ratio <= 0.0),
         "{source}"
     );
-    let ratios = allowed.assembly().volume_ratios(&last.in_cranium_frame);
+    let ratios = assembly.volume_ratios(assembly.positions(&last.in_cranium_frame).unwrap());
     assert!(ratios.iter().all(|ratio| *ratio > 0.0));
 }
 
@@ -468,7 +469,7 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
 }
 
 #[test]
-fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
+fn full_steps_on_the_affine_maps_find_a_rigid_pose() {
     let mut rig = rig();
     let map = Parametrization::affine(MUSCLES);
     let mut truth = Parameters::rest(MUSCLES);
@@ -502,8 +503,8 @@ fn full_steps_on_the_affine_frames_find_a_rigid_pose() {
     let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
     let found = report.parameters.to_vec();
     assert!(largest(found.iter().zip(truth.to_vec()).map(|(a, b)| a - b)) < 1e-6);
-    let frame: AffineMap = report.parameters.jaw;
-    assert!(largest(frame.orthogonality()) < 1e-6);
+    let map: AffineMap = report.parameters.jaw;
+    assert!(largest(map.orthogonality()) < 1e-6);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What a scene file says of muscles, ligaments and regions that are drawn as lines.
 
 use crate::contact::ShapeSpec;
-use crate::material::MaterialSpec;
+use crate::material::SceneMaterial;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -176,7 +176,7 @@ pub struct DrawnRegion {
     #[serde(default = "half")]
     pub share: f64,
     /// What it is made of.
-    pub material: MaterialSpec,
+    pub material: SceneMaterial,
 }
 
 fn half() -> f64 {

@@ -73,7 +73,8 @@ impl Probe {
             [0, 1, 2].map(|k| 1e3 * (x[k] - r[k]))
         };
         let landmark = |i: usize| moved(&self.face.landmarks[i]);
-        let ratios = rig.assembly().volume_ratios(positions);
+        let shape = rig.assembly().positions(positions).expect("all nodes");
+        let ratios = rig.assembly().volume_ratios(shape);
         let ways = positions
             .iter()
             .zip(rest)

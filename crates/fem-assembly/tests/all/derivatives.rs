@@ -294,12 +294,8 @@ fn an_inverted_element_is_named_and_gives_an_infinite_energy() {
     );
     let n = x.len();
     x[n - 1][2] -= 5.0;
-    assert_eq!(
-        assembly.energy(assembly.configuration(&x, &ACTIVATIONS).unwrap()),
-        f64::INFINITY
-    );
-    let element = assembly
-        .element_outside_domain(assembly.configuration(&x, &ACTIVATIONS).unwrap())
-        .unwrap();
-    assert!(assembly.volume_ratios(&x)[element] <= 0.0);
+    let at = assembly.configuration(&x, &ACTIVATIONS).unwrap();
+    assert_eq!(assembly.energy(at), f64::INFINITY);
+    let element = assembly.element_outside_domain(at).unwrap();
+    assert!(assembly.volume_ratios(at)[element] <= 0.0);
 }

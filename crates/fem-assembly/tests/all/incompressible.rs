@@ -5,7 +5,7 @@ use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, NodalLoads, Quasistatic, VolumePatches};
 use fem_solvers::{Newton, NewtonParams};
 
-use crate::spp_block::{Block, LAMBDA, MU, PRESSURE, SIZE, dofs};
+use crate::spp_block::{LAMBDA, MU, PRESSURE, Rubber, SIZE, dofs};
 
 /// The quarter of the block, with the dead pressure of 3 MPa on [25, 50]² of its top.
 fn block(mesh: &SimplexMesh<3>) -> AssemblyBuilder<3> {
@@ -39,7 +39,7 @@ fn sinking(mesh: &SimplexMesh<3>, body: &Assembly<3>) -> f64 {
 fn a_nearly_incompressible_block_sinks_as_far_as_it_should() {
     let mesh = kuhn_grid(8, 8, 8, [SIZE; 3]).unwrap();
     let locked = block(&mesh)
-        .material(Block {
+        .material(Rubber {
             mu: MU,
             lambda: LAMBDA,
         })
@@ -49,7 +49,7 @@ fn a_nearly_incompressible_block_sinks_as_far_as_it_should() {
     let patches = VolumePatches::around_edges(&mesh);
     let bulk = vec![LAMBDA; mesh.num_elements()];
     let free = block(&mesh)
-        .material(Block {
+        .material(Rubber {
             mu: MU,
             lambda: 0.0,
         })
@@ -71,7 +71,7 @@ fn patches_keep_their_volume_and_elements_need_not() {
     let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &ends).unwrap();
     let body = AssemblyBuilder::new(&mesh, dofs)
         .unwrap()
-        .material(Block {
+        .material(Rubber {
             mu: MU,
             lambda: 0.0,
         })
@@ -88,7 +88,8 @@ fn patches_keep_their_volume_and_elements_need_not() {
         .solve(&problem, &mut x, &params)
         .unwrap();
     crate::promise::kept(&problem, &x, &params, &info, "patches");
-    let ratios = body.volume_ratios(&problem.positions(&x));
+    let shape = problem.positions(&x);
+    let ratios = body.volume_ratios(body.positions(&shape).unwrap());
     for patch in patches.lists() {
         let (mut now, mut rest) = (0.0, 0.0);
         for &(e, _) in patch {

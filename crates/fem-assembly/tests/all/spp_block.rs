@@ -16,12 +16,12 @@ pub const SIZE: f64 = 50.0;
 
 /// µ/2 (I₁ − 3 − 2 ln J) + λ/2 (J − 1)².
 #[derive(Clone, Copy)]
-pub struct Block {
+pub struct Rubber {
     pub mu: f64,
     pub lambda: f64,
 }
 
-impl Material<3> for Block {
+impl Material<3> for Rubber {
     fn energy<T: Real>(&self, F: &Mat<T, 3>) -> T {
         let (mu, lambda) = (T::from_f64(0.5 * self.mu), T::from_f64(0.5 * self.lambda));
         let J = F.determinant();

@@ -66,7 +66,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "corotated",
         aliases: &[],
         elastic: Some(lame_itself),
-        about: "large rotations, nearly linear response",
+        about: "large rotations with a nearly linear response",
+        domain: "σ_(D−1) + σ_D > 0",
         parameters: &LAME,
         from_parameters: |p| Ok(ByStretches(CorotatedLinear::from(lame(p)?))),
     };
@@ -77,6 +78,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
         aliases: &[],
         elastic: Some(lame_itself),
         about: "large rotations and compression; usual in the material point method",
+        domain: "σ_(D−1) + σ_D > 0",
         parameters: &LAME,
         from_parameters: |p| Ok(ByStretches(FixedCorotated::from(lame(p)?))),
     };
@@ -86,7 +88,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "arap",
         aliases: &[],
         elastic: None,
-        about: "shape deformation: as rigid as possible",
+        about: "shapes to be deformed, not matter: as rigid as possible",
+        domain: "σ_(D−1) + σ_D > 0",
         parameters: &ARAP,
         from_parameters: |p| {
             Ok(ByStretches(Arap {

@@ -78,7 +78,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "fiber_isochoric",
         aliases: &["fiber_dev"],
         elastic: None,
-        about: "muscle fibers alone, isochoric stretch (document 000, 4.2)",
+        about: "muscle fibers that do not feel a change of volume, isochoric stretch (document 000, 4.2)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Isochoric),
     });
@@ -86,7 +87,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "fiber_total",
         aliases: &["fiber_tilde"],
         elastic: None,
-        about: "muscle fibers alone, total stretch (what PhysBAM runs)",
+        about: "muscle fibers on top of any flesh, total stretch (what PhysBAM runs)",
+        domain: "all F",
         parameters: &PARAMETERS,
         from_parameters: |p| fiber_from(p, Stretch::Total),
     });

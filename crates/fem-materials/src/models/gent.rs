@@ -25,7 +25,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "gent",
         aliases: &[],
         elastic: Some(|lame| vec![("mu", lame.mu), ("K", lame.bulk(Space::Solid))]),
-        about: "rubber and vessels with a limit of stretch",
+        about: "rubber and vessels with a stretch that they cannot exceed",
+        domain: "J > 0, i = J^(−2/3) tr C − 3 < Jm",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let shape = Gent {

@@ -9,7 +9,7 @@ use fem_kinematics::{Mat, Real, Tensor4, dot};
 
 /// ψ = c/2 (J^(−2/3) tr C − 3) + K/2 (ln J)² + Σ k₁/(2k₂) (exp(k₂ e²) − 1), e = max(|F a|² − 1, 0).
 ///
-/// The fibers pull only when stretched. They feel |F a| itself, not its deviatoric part: with the
+/// The fibers pull only when stretched. They feel |F a| itself, not its isochoric part: with the
 /// latter a pressure would change the shape of an anisotropic solid (Nolan, Gower, Destrade,
 /// Ogden and McGarry 2014). Finite only for J > 0; the stiffness jumps at |F a| = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "hgo",
         aliases: &[],
         elastic: Some(|lame| vec![("c", lame.mu), ("K", lame.bulk(Space::Solid))]),
-        about: "arteries and skin: two families of fibers that stiffen",
+        about: "arteries, skin: two families of fibers that stiffen",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(HolzapfelGasserOgden {

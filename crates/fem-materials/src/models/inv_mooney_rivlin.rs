@@ -7,7 +7,7 @@ use fem_kinematics::Real;
 
 /// ψ = μ₀₁/2 ((I² − II) III^(−2/3) − 6) + μ₁₀ (I III^(−1/3) − 3) + v₁ (√III − 1)².
 ///
-/// With μ₁₀ = A and μ₀₁ = B the deviatoric part of document 000 less its energy at rest. Finite
+/// With μ₁₀ = A and μ₀₁ = B the isochoric part of document 000 less its energy at rest. Finite
 /// only for det F > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InvMooneyRivlin {
@@ -30,7 +30,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "inv_mooney_rivlin",
         aliases: &[],
         elastic: None,
-        about: "Mooney-Rivlin elasticity by the invariants of document 004",
+        about: "Mooney-Rivlin with a polynomial volume term, by the invariants of document 004",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let (mu01, mu10) = (p.number("mu01")?, p.number("mu10")?);

@@ -21,6 +21,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
         aliases: &[],
         elastic: Some(lame_itself),
         about: "neo-Hookean elasticity by the invariants of document 004",
+        domain: "J > 0",
         parameters: &LAME,
         from_parameters: |p| {
             Ok(ByInvariants(InvNeoHookean {

@@ -21,6 +21,7 @@ pub(crate) fn register(visitor: &mut impl Register) {
         aliases: &[],
         elastic: Some(lame_itself),
         about: "St. Venant-Kirchhoff elasticity by the invariants of document 004",
+        domain: "all F",
         parameters: &LAME,
         from_parameters: |p| {
             let (mu, lambda) = (p.non_negative("mu")?, p.number("lambda")?);

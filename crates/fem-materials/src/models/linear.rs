@@ -35,7 +35,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "linear",
         aliases: &[],
         elastic: Some(lame_itself),
-        about: "small displacements; one factorization solves every load",
+        about: "small displacements, a first test; one factorization solves every load",
+        domain: "all F",
         parameters: &LAME,
         from_parameters: |p| {
             Ok(Linear {

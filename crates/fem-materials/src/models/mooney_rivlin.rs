@@ -1,4 +1,4 @@
-//! Deviatoric Mooney-Rivlin elasticity (document 000, 4.2, 4.3.1, 4.5.1.2, 4.5.1.3).
+//! Isochoric Mooney-Rivlin elasticity (document 000, 4.2, 4.3.1, 4.5.1.2, 4.5.1.3).
 
 use crate::material::{Material, Symmetry};
 use crate::near_rest::{infinite_unless_positive, inverse_cube_root};
@@ -29,7 +29,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "mooney_rivlin_isochoric",
         aliases: &["mooney_rivlin_dev"],
         elastic: None,
-        about: "passive flesh of document 000, to be added to a volume term",
+        about: "rubber and flesh beyond neo-Hookean, to be added to a volume term (document 000)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(MooneyRivlin {

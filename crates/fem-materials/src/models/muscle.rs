@@ -61,7 +61,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "mooney_rivlin",
         aliases: &[],
         elastic: None,
-        about: "passive flesh of document 000 with its volume term",
+        about: "passive flesh of a face: mooney_rivlin_isochoric and volumetric_log (document 000)",
+        domain: "J > 0",
         parameters: &FLESH,
         from_parameters: flesh_from,
     });
@@ -69,7 +70,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "muscle_isochoric",
         aliases: &["muscle_dev"],
         elastic: None,
-        about: "muscle of document 000, deviatoric fiber stretch",
+        about: "muscles of a face, isochoric fiber stretch (document 000)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| muscle_from(p, Stretch::Isochoric),
     });
@@ -77,7 +79,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "muscle_total",
         aliases: &["muscle_tilde"],
         elastic: None,
-        about: "muscle of document 000 as PhysBAM runs it, plain fiber stretch",
+        about: "muscles of a face, total fiber stretch (document 000 as PhysBAM runs it)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| muscle_from(p, Stretch::Total),
     });

@@ -28,7 +28,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "neo_hookean",
         aliases: &[],
         elastic: Some(lame_itself),
-        about: "soft tissue and rubber; the logarithm keeps elements from inverting",
+        about: "soft tissue, rubber; the logarithm keeps elements from inverting",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(NeoHookean {

@@ -1,4 +1,4 @@
-//! Ogden's rubber elasticity (1972), deviatoric, with a volume term.
+//! Ogden's rubber elasticity (1972), isochoric, with a volume term.
 
 use crate::isotropic::{ByStretches, StretchEnergy};
 use crate::near_rest::infinite_unless_positive;
@@ -8,7 +8,7 @@ use fem_kinematics::{Mat, Real};
 /// ψ = Σ_p μ_p/α_p (Σᵢ σ̄ᵢ^{α_p} − 3) + K/2 (ln J)², σ̄ = J^(−1/3) σ; finite only for J > 0.
 ///
 /// Rubber at stretches where neo-Hookean is too soft or too stiff: N terms are fitted to
-/// measurements. The shear modulus at rest is Σ μ_p α_p/2. One term with α = 2 is (deviatoric)
+/// measurements. The shear modulus at rest is Σ μ_p α_p/2. One term with α = 2 is (isochoric)
 /// neo-Hookean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ogden<const N: usize> {
@@ -37,7 +37,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "ogden",
         aliases: &[],
         elastic: None,
-        about: "rubber and tissue at large stretch, fitted by exponents",
+        about: "rubber with test data of several kinds, tissue at large stretch; fitted by exponents",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let (mu, alpha) = (p.vector::<3>("mu")?, p.vector::<3>("alpha")?);

@@ -77,7 +77,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "qr_aniso",
         aliases: &["qr"],
         elastic: Some(mu_and_lambda_plus_mu),
-        about: "woven or fibrous matter with fibers along the axes of the rest shape",
+        about: "cloth and fibrous matter, fibers along the axes of the rest shape (document 001)",
+        domain: "all F",
         parameters: WHOLE,
         from_parameters: whole_from,
     };
@@ -87,7 +88,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "qr_damage",
         aliases: &[],
         elastic: Some(mu_and_lambda_plus_mu),
-        about: "the same, partly broken",
+        about: "cloth and fibrous matter that tears, partly broken (document 001)",
+        domain: "all F",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let unit = |x: f64| (0.0..=1.0).contains(&x);

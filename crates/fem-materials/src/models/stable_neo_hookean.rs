@@ -8,8 +8,17 @@ use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 const PARAMETERS: [Parameter; 2] = [
-    Parameter::pascals("mu", "1e5", "μ of the model, not Lamé's"),
-    Parameter::pascals("lambda", "5e5", "λ of the model, not Lamé's"),
+    Parameter::pascals("mu", "1e5", "μ of the model: 4/3 of Lamé's"),
+    Parameter::pascals(
+        "lambda",
+        "5e5",
+        "λ of the model: Lamé's plus 5/6 of Lamé's μ",
+    ),
+];
+
+const NO_LOG: [Parameter; 2] = [
+    Parameter::pascals("mu", "1e5", "shear modulus"),
+    Parameter::pascals("lambda", "5e5", "λ of the model: Lamé's plus μ"),
 ];
 
 /// ψ = μ/2 (tr FᵀF − 3) + λ/2 (J − a)² − μ/2 ln(tr FᵀF + 1), a = 1 + μ/λ − μ/(4λ).
@@ -65,7 +74,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
             let model = StableNeoHookean::from_lame(lame);
             vec![("mu", model.mu), ("lambda", model.lambda)]
         }),
-        about: "flesh that survives collapse and inversion",
+        about: "soft tissue, rubber; elements may collapse and invert on the way",
+        domain: "all F",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(StableNeoHookean {
@@ -78,8 +88,9 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "stable_neo_hookean_nolog",
         aliases: &["snh_nolog"],
         elastic: Some(mu_and_lambda_plus_mu),
-        about: "flesh that survives inversion, without logarithm",
-        parameters: &PARAMETERS,
+        about: "soft tissue, rubber; elements may invert on the way; without logarithm, cheapest and smooth everywhere",
+        domain: "all F",
+        parameters: &NO_LOG,
         from_parameters: |p| {
             Ok(StableNeoHookeanNoLog {
                 mu: p.non_negative("mu")?,

@@ -31,7 +31,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "stvk",
         aliases: &[],
         elastic: Some(lame_itself),
-        about: "large rotations with moderate strains",
+        about: "large rotations, moderate strain, no compression",
+        domain: "all F",
         parameters: &LAME,
         from_parameters: |p| {
             Ok(StVenantKirchhoff {

@@ -6,7 +6,7 @@ use crate::registry::{Entry, Parameter, Register};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
-/// ψ = K/2 (ln J)², finite only for J > 0. Add it to a deviatoric model.
+/// ψ = K/2 (ln J)², finite only for J > 0. Add it to a isochoric model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumetricLog {
     /// Bulk modulus K, Pa.
@@ -20,7 +20,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "volumetric_log",
         aliases: &[],
         elastic: None,
-        about: "volume term of document 000, to be added to a deviatoric model",
+        about: "the volume term for isochoric models (document 000)",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             Ok(VolumetricLog {

@@ -25,7 +25,8 @@ pub(crate) fn register(visitor: &mut impl Register) {
         name: "yeoh",
         aliases: &[],
         elastic: Some(|lame| vec![("c1", 0.5 * lame.mu), ("K", lame.bulk(Space::Solid))]),
-        about: "filled rubber from simple tests",
+        about: "rubber whose stiffness rises at large stretch; filled rubber from simple tests",
+        domain: "J > 0",
         parameters: &PARAMETERS,
         from_parameters: |p| {
             let shape = Yeoh {

@@ -109,6 +109,37 @@ impl ModelVisitor for Names {
     }
 }
 
+/// How many models were seen to be defined everywhere, and how many not.
+#[derive(Default)]
+struct Domains([usize; 2]);
+
+impl ModelVisitor for Domains {
+    fn visit<M: Material<D>, const D: usize>(&mut self, entry: &Entry<M>) {
+        let model = entry.build(&entry.defaults()).expect(entry.name);
+        let mirror = Mat::<f64, D>::from_fn(|i, j| match (i, j) {
+            (0, 0) => -0.7,
+            (i, j) if i == j => 1.2,
+            _ => 0.0,
+        });
+        let flat = Mat::<f64, D>::from_fn(|i, j| f64::from(u8::from(i == j && i > 0)));
+        let finite = [mirror, flat].map(|F| model.energy(&F).is_finite());
+        let expected = !entry.domain.starts_with("J > 0");
+        assert_eq!(
+            finite, [expected; 2],
+            "{} {D}D: {}",
+            entry.name, entry.domain
+        );
+        self.0[usize::from(expected)] += 1;
+    }
+}
+
+#[test]
+fn a_model_is_defined_where_its_entry_says() {
+    let mut seen = Domains::default();
+    for_each_model(&mut seen);
+    assert!(seen.0.iter().all(|count| *count > 8), "{:?}", seen.0);
+}
+
 /// A model that registers itself no more is missed by nothing that walks through the registry.
 #[test]
 fn every_model_of_the_documents_is_there() {

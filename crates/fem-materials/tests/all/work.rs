@@ -145,7 +145,7 @@ fn only_models_of_the_stretches_decompose_and_only_once() {
     let mut visitor = Visitor(0, Vec::new());
     for_each_model(&mut visitor);
     assert!(visitor.0 > 15);
-    // "Needs SVD" in `docs/models.md`.
+    // "SVD" in `docs/models.md`, which is written from `DECOMPOSES`.
     visitor.1.sort_unstable();
     assert_eq!(visitor.1, ["arap", "corotated", "fixed_corotated", "ogden"]);
 }

@@ -20,6 +20,8 @@ pub struct BlockSymmetric<const D: usize> {
     pattern: Arc<BlockPattern>,
     values: Vec<[[f64; D]; D]>,
     structure: Structure,
+    /// Was nothing written since [`fill_padding`](Self::fill_padding)?
+    padded: bool,
 }
 
 impl<const D: usize> BlockSymmetric<D> {
@@ -30,6 +32,7 @@ impl<const D: usize> BlockSymmetric<D> {
             pattern,
             values,
             structure: Structure::Symmetric,
+            padded: false,
         }
     }
 
@@ -52,6 +55,7 @@ impl<const D: usize> BlockSymmetric<D> {
 
     /// All stored blocks, for the assembly to fill.
     pub fn values_mut(&mut self) -> &mut [[[f64; D]; D]] {
+        self.padded = false;
         &mut self.values
     }
 
@@ -72,6 +76,7 @@ impl<const D: usize> BlockSymmetric<D> {
 
     /// Adds `shift` to every scalar diagonal entry.
     pub fn shift_diagonal(&mut self, shift: f64) {
+        self.padded = false;
         for i in 0..self.pattern.blocks() {
             let k = self.pattern.diagonal(i);
             for r in 0..D {
@@ -91,6 +96,7 @@ impl<const D: usize> BlockSymmetric<D> {
 
     /// Adds `share · weights[i]` to every scalar diagonal entry of row `i` of blocks.
     pub fn add_to_diagonals(&mut self, weights: &[f64], share: f64) {
+        self.padded = false;
         for (i, weight) in weights.iter().enumerate() {
             let k = self.pattern.diagonal(i);
             for r in 0..D {
@@ -101,6 +107,7 @@ impl<const D: usize> BlockSymmetric<D> {
 
     /// Adds `share` times another matrix of the same pattern.
     pub(crate) fn add_scaled(&mut self, share: f64, other: &Self) {
+        self.padded = false;
         for (block, added) in self.values.iter_mut().zip(&other.values) {
             for (row, added) in block.iter_mut().zip(added) {
                 row.iter_mut().zip(added).for_each(|(a, b)| *a += share * b);
@@ -111,10 +118,14 @@ impl<const D: usize> BlockSymmetric<D> {
     /// Overwrites the rows and columns of absent scalars: 0 off the diagonal, and on it the mean absolute
     /// value of the block's own diagonal, 1 in a block row without unknowns. Neither the largest entry of
     /// the diagonal nor a block's mean changes by it, and blocks are as invertible as without it.
+    ///
+    /// The matrix knows whether that is done: an assembly that pads what it gives away and a solver that
+    /// pads what it is given cost it once.
     pub fn fill_padding(&mut self) {
-        if self.pattern.absent().is_empty() {
+        if self.padded || self.pattern.absent().is_empty() {
             return;
         }
+        self.padded = true;
         let mut absent = vec![[false; D]; self.pattern.blocks()];
         for place in self.pattern.absent_places(D) {
             absent[place / D][place % D] = true;
@@ -325,6 +336,30 @@ mod tests {
             }
         }
         assert_eq!(a.absolute_product(&[4.0, -10.0, 0.5]), [38.0, 65.5, 70.5]);
+    }
+    #[test]
+    fn padding_is_filled_again_after_everything_that_writes() {
+        let pattern = BlockPattern::from_adjacency(1, []).unwrap();
+        let pattern = pattern.with_absent([(0, 1)]).unwrap();
+        let mut padded = BlockSymmetric::<2>::zeros(Arc::new(pattern));
+        padded.values_mut()[0] = [[3.0, 7.0], [7.0, 5.0]];
+        padded.fill_padding();
+        assert_eq!(padded.values(), [[[3.0, 0.0], [0.0, 3.0]]]);
+        // The entry becomes negative, the padding is its size.
+        let writes: [&dyn Fn(&mut BlockSymmetric<2>); 4] = [
+            &|a| a.values_mut()[0] = [[-2.0, 9.0], [9.0, -4.0]],
+            &|a| a.shift_diagonal(-5.0),
+            &|a| a.add_to_diagonals(&[-10.0], 0.5),
+            &|a| a.add_scaled(-5.0 / 3.0, &padded),
+        ];
+        for write in writes {
+            let mut a = padded.clone();
+            write(&mut a);
+            for _ in 0..2 {
+                a.fill_padding();
+                assert_eq!(a.values(), [[[-2.0, 0.0], [0.0, 2.0]]]);
+            }
+        }
     }
     #[test]
     fn an_absolute_product_leaves_padding_out() {

@@ -1,4 +1,5 @@
 //! Hessians of problems, padded: what a problem leaves where scalars are absent is nobody's concern.
+//! A matrix that its problem has padded is not padded twice: it knows.
 
 use super::problem::NonlinearProblem;
 use crate::block_matrix::BlockSymmetric;

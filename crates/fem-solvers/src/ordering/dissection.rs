@@ -1,7 +1,7 @@
 //! Nested dissection.
 
 use super::minimum_degree::order_leaf;
-use super::separator::{Part, cover_cut};
+use super::separator::{Side, cover_cut};
 use super::{Graph, Permutation};
 use crate::block_matrix::BlockPattern;
 
@@ -48,20 +48,20 @@ pub fn nested_dissection<const N: usize>(
             }
             continue;
         }
-        let Some(part) = split(&sub, &vertices, coordinates) else {
+        let Some(sides) = split(&sub, &vertices, coordinates) else {
             // No cut leaves two sides: nearly a complete graph, where every order fills alike.
             order[begin..end].copy_from_slice(&vertices);
             continue;
         };
-        let pick = |which: Part| -> Vec<u32> {
+        let pick = |which: Side| -> Vec<u32> {
             vertices
                 .iter()
-                .zip(&part)
+                .zip(&sides)
                 .filter(|(_, p)| **p == which)
                 .map(|(v, _)| *v)
                 .collect()
         };
-        let (left, right, separator) = (pick(Part::Left), pick(Part::Right), pick(Part::Separator));
+        let (left, right, separator) = (pick(Side::Left), pick(Side::Right), pick(Side::Separator));
         order[end - separator.len()..end].copy_from_slice(&separator);
         let middle = begin + left.len();
         work.push((left, begin));
@@ -75,7 +75,7 @@ fn split<const N: usize>(
     graph: &Graph,
     vertices: &[u32],
     coordinates: Option<&[[f64; N]]>,
-) -> Option<Vec<Part>> {
+) -> Option<Vec<Side>> {
     let n = graph.len();
     let heights: Vec<Vec<f64>> = match coordinates {
         Some(points) => (0..N)
@@ -83,7 +83,7 @@ fn split<const N: usize>(
             .collect(),
         None => level_sets(graph),
     };
-    let mut best: Option<(f64, Vec<Part>)> = None;
+    let mut best: Option<(f64, Vec<Side>)> = None;
     for height in &heights {
         let mut sorted: Vec<u32> = (0..n as u32).collect();
         sorted.sort_by(|&a, &b| {
@@ -98,23 +98,23 @@ fn split<const N: usize>(
                 continue;
             }
             tried.push(cut);
-            let mut part = vec![Part::Right; n];
+            let mut sides = vec![Side::Right; n];
             for &v in &sorted[..cut] {
-                part[v as usize] = Part::Left;
+                sides[v as usize] = Side::Left;
             }
-            let size = cover_cut(graph, &mut part);
-            let left = part.iter().filter(|p| **p == Part::Left).count();
+            let size = cover_cut(graph, &mut sides);
+            let left = sides.iter().filter(|p| **p == Side::Left).count();
             let right = n - size - left;
             if left == 0 || right == 0 {
                 continue;
             }
             let score = size as f64 / (left as f64 * right as f64);
             if best.as_ref().is_none_or(|(s, _)| score < *s) {
-                best = Some((score, part));
+                best = Some((score, sides));
             }
         }
     }
-    best.map(|(_, part)| part)
+    best.map(|(_, sides)| sides)
 }
 
 /// The place nearest to `target` where the height changes, unless that is far away: a cut between

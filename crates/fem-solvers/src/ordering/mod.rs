@@ -21,10 +21,10 @@ pub struct Permutation {
 impl Permutation {
     /// From the list "new place → old index"; `None` unless it holds every index once.
     pub fn new(order: Vec<u32>) -> Option<Self> {
-        let mut seen = vec![Seen::No; order.len()];
+        let mut visited = vec![Visited::No; order.len()];
         for &old in &order {
-            match seen.get_mut(old as usize) {
-                Some(slot @ Seen::No) => *slot = Seen::Yes,
+            match visited.get_mut(old as usize) {
+                Some(slot @ Visited::No) => *slot = Visited::Yes,
                 _ => return None,
             }
         }
@@ -62,7 +62,7 @@ impl Permutation {
 }
 
 #[derive(Clone, Copy)]
-enum Seen {
+enum Visited {
     No,
     Yes,
 }

@@ -4,7 +4,7 @@ use super::Graph;
 
 /// Side of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum Side {
     Left,
     Right,
     Separator,
@@ -13,37 +13,37 @@ pub(super) enum Part {
 /// The smallest vertex set that touches every cut edge: a minimum vertex cover of the bipartite
 /// graph of cut edges, from a maximum matching (König 1931).
 ///
-/// On entry `part` holds only `Left` and `Right`; on return the cover is `Separator`. Returns its size.
-pub(super) fn cover_cut(graph: &Graph, part: &mut [Part]) -> usize {
+/// On entry `side` holds only `Left` and `Right`; on return the cover is `Separator`. Returns its size.
+pub(super) fn cover_cut(graph: &Graph, side: &mut [Side]) -> usize {
     let n = graph.len();
-    let cut = |v: usize, part: &[Part]| {
-        let own = part[v];
+    let cut = |v: usize, side: &[Side]| {
+        let own = side[v];
         graph
             .of(v)
             .iter()
             .copied()
-            .filter(move |&w| own != part[w as usize])
+            .filter(move |&w| own != side[w as usize])
             .collect::<Vec<_>>()
     };
     let left: Vec<usize> = (0..n)
         .filter(|&v| {
-            part[v] == Part::Left && graph.of(v).iter().any(|&w| part[w as usize] == Part::Right)
+            side[v] == Side::Left && graph.of(v).iter().any(|&w| side[w as usize] == Side::Right)
         })
         .collect();
-    let edges: Vec<Vec<u32>> = left.iter().map(|&v| cut(v, part)).collect();
+    let edges: Vec<Vec<u32>> = left.iter().map(|&v| cut(v, side)).collect();
     let mut matching = Matching::greedy(&edges, n);
     matching.augment(&edges);
     let (reached_left, reached_right) = matching.reached(&edges);
     let mut size = 0;
     for (l, &v) in left.iter().enumerate() {
         if !reached_left[l] {
-            part[v] = Part::Separator;
+            side[v] = Side::Separator;
             size += 1;
         }
     }
     for (w, reached) in reached_right.iter().enumerate() {
         if *reached {
-            part[w] = Part::Separator;
+            side[w] = Side::Separator;
             size += 1;
         }
     }

@@ -33,12 +33,12 @@ const SINKS: f64 = 0.02;
 
 /// ψ = μ/2 (I₁ − 3 − 2 ln J) + λ/2 (J − 1)².
 #[derive(Clone, Copy)]
-struct Block {
+struct Rubber {
     mu: f64,
     lambda: f64,
 }
 
-impl Material<3> for Block {
+impl Material<3> for Rubber {
     #[inline(always)]
     fn energy<T: Real>(&self, F: &Mat<T, 3>) -> T {
         let (mu, lambda) = (T::from_f64(0.5 * self.mu), T::from_f64(0.5 * self.lambda));
@@ -87,7 +87,7 @@ fn assembly(n: usize, kind: Kind) -> Result<Assembly<3>, Failure> {
     let mesh = kuhn_grid(n, n, n, [SIZE; 3])?;
     let faces = loaded(&mesh);
     let dofs = dofs(&nodes(&mesh, kind)?)?;
-    let whole = Block {
+    let whole = Rubber {
         mu: MU,
         lambda: LAMBDA,
     };
@@ -102,7 +102,7 @@ fn assembly(n: usize, kind: Kind) -> Result<Assembly<3>, Failure> {
     if kind == Kind::Linear {
         return Ok(builder.material(whole)?.build()?);
     }
-    let soft = Block {
+    let soft = Rubber {
         lambda: 0.0,
         ..whole
     };

@@ -1,7 +1,7 @@
 //! Contact: starts deep inside, two obstacles, a corner, lips that cross, a lid behind the eye.
 
 use crate::body::Body;
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};

@@ -1,7 +1,7 @@
 //! Ends of a bar that are moved far: twisted, stretched, squashed, at once and in parts.
 
 use crate::body::Body;
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_solvers::ProjectionPolicy;

@@ -1,7 +1,7 @@
 //! Poisoned meshes, and bodies that look odd but are fine.
 
 use crate::body::{Body, apart};
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_assembly::mesh::{Orientation, Orphans, SimplexMesh, kuhn_grid};

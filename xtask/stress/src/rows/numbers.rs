@@ -2,7 +2,7 @@
 
 use super::meshes::back;
 use crate::body::Body;
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_assembly::NodalLoads;

@@ -2,7 +2,7 @@
 //! stiffnesses far from one.
 
 use crate::body::{Body, apart};
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_assembly::mesh::SimplexMesh;
@@ -104,7 +104,7 @@ fn neighbors(ratio: f64, solver: &str, settings: &Settings) -> Result<Evidence, 
     let (body, start) = twisted(1.0, cells(settings), soft.clone())?;
     let mesh = body.mesh().clone();
     // Every other cube, like a board for chess.
-    let part = move |e: usize| {
+    let group = move |e: usize| {
         let corners = mesh.tet(e).map(|n| mesh.node(n));
         let cube: usize = (0..3)
             .map(|k| {
@@ -114,7 +114,7 @@ fn neighbors(ratio: f64, solver: &str, settings: &Settings) -> Result<Evidence, 
             .sum();
         cube % 2
     };
-    let body = body.of_parts(part, vec![soft, hard]);
+    let body = body.of_groups(group, vec![soft, hard]);
     let mut params = settings.newton(if solver == "pcg" { 600 } else { 400 });
     params.linear_solver = match solver {
         "direct" => LinearSolver::Direct,

@@ -1,7 +1,7 @@
 //! Starts far from the answer: a clamped block is crumpled, and must come back to rest or say why not.
 
 use crate::body::{Body, apart};
-use crate::law::Named;
+use crate::named::Named;
 use crate::row::{Evidence, Settings};
 use crate::{Expected, Failure, Row};
 use fem_materials::conformance::Random;

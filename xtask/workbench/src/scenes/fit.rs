@@ -13,7 +13,8 @@ use std::path::Path;
 
 #[derive(Deserialize)]
 struct B3 {
-    deviatoric: FiberStretch,
+    #[serde(rename = "deviatoric")]
+    stretch: FiberStretch,
     runs: Vec<Run>,
 }
 
@@ -143,7 +144,7 @@ impl LeastSquares for Fit<'_> {
 pub fn b3(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
     let scene: B3 = read_json(&folder.join("b3_gauss_newton.json"))?;
-    let mut rig = face.rig(scene.deviatoric)?;
+    let mut rig = face.rig(scene.stretch)?;
     let rest = rig.solved().clone();
     let mut left_out = 0;
     for run in &scene.runs {

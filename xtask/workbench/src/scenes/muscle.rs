@@ -27,7 +27,8 @@ struct A3 {
 
 #[derive(Deserialize)]
 struct A3Case {
-    deviatoric: FiberStretch,
+    #[serde(rename = "deviatoric")]
+    stretch: FiberStretch,
     variant: String,
     curve: Curve,
     #[serde(rename = "sigma_max")]
@@ -84,7 +85,7 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
             &mesh,
             Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed)?,
         )?;
-        let law = case.curve.law(case.deviatoric.0)?;
+        let law = case.curve.law(case.stretch.0)?;
         let assembly = flesh
             .add_to(builder, mesh.num_elements())?
             .fibers(law, 1, &fibers)?
@@ -94,7 +95,7 @@ pub fn a3(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
         let mut record = Record {
             report,
             scene: "scene a3",
-            category: format!("{} {:?}", case.variant, case.deviatoric.0),
+            category: format!("{} {:?}", case.variant, case.stretch.0),
             id: index.to_string(),
         };
         let energy = assembly.energy(assembly.configuration(&x, &[case.activation])?);

@@ -68,7 +68,8 @@ impl B0 {
 
 #[derive(Deserialize)]
 struct Poses {
-    deviatoric: FiberStretch,
+    #[serde(rename = "deviatoric")]
+    stretch: FiberStretch,
     cases: Vec<Pose>,
 }
 
@@ -103,7 +104,7 @@ pub fn b1_b2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
         ("scene b2", "b2_jacobian_deviatoric.json"),
     ] {
         let poses: Poses = read_json(&folder.join(file))?;
-        let mut rig = face.rig(poses.deviatoric)?;
+        let mut rig = face.rig(poses.stretch)?;
         for pose in &poses.cases {
             check_pose(scene, pose, &mut rig, report)?;
         }

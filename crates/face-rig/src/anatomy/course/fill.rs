@@ -40,7 +40,7 @@ pub struct Filling {
 
 /// What has fallen into an element.
 #[derive(Clone, Copy, Default)]
-struct Part {
+struct Moments {
     volume: f64,
     /// Σ v t tᵀ.
     moment: [[f64; 3]; 3],
@@ -62,7 +62,7 @@ impl Course {
     ) -> Result<Filling, CourseError> {
         self.check()?;
         let coarse = 0.5 * self.section.finest();
-        let (first, volume) = self.parts(mesh, locator, coarse);
+        let (first, volume) = self.moments(mesh, locator, coarse);
         let mut sizes: Vec<f64> = first.keys().map(|&t| mesh.volume(t as usize)).collect();
         if sizes.is_empty() {
             return Err(self.outside(mesh));
@@ -71,18 +71,18 @@ impl Course {
         let small = sizes[sizes.len() / 10].cbrt();
         let least = (volume / MOST_SAMPLES).cbrt();
         let spacing = (SHARE_OF_ELEMENT * small).min(coarse).max(least);
-        let (parts, volume) = self.parts(mesh, locator, spacing);
-        let inside = parts.values().map(|part| part.volume).sum();
-        let share = |(&tet, part): (&u32, &Part)| {
-            let weight = part.volume / mesh.volume(tet as usize);
-            let counts = weight >= LEAST_WEIGHT || part.volume >= LEAST_PART * volume;
+        let (of_elements, volume) = self.moments(mesh, locator, spacing);
+        let inside = of_elements.values().map(|moments| moments.volume).sum();
+        let share = |(&tet, moments): (&u32, &Moments)| {
+            let weight = moments.volume / mesh.volume(tet as usize);
+            let counts = weight >= LEAST_WEIGHT || moments.volume >= LEAST_PART * volume;
             counts.then(|| Share {
                 tet,
                 weight: weight.min(1.0),
-                direction: principal_axis(&part.moment),
+                direction: principal_axis(&moments.moment),
             })
         };
-        let shares: Vec<Share> = parts.iter().filter_map(share).collect();
+        let shares: Vec<Share> = of_elements.iter().filter_map(share).collect();
         match shares.is_empty() {
             true => Err(self.outside(mesh)),
             false => Ok(Filling {
@@ -94,13 +94,13 @@ impl Course {
     }
 
     /// What falls into each element, and the volume of all samples.
-    fn parts(
+    fn moments(
         &self,
         mesh: &SimplexMesh<3>,
         locator: &TetLocator,
         spacing: f64,
-    ) -> (BTreeMap<u32, Part>, f64) {
-        let (mut parts, mut volume) = (BTreeMap::<u32, Part>::new(), 0.0);
+    ) -> (BTreeMap<u32, Moments>, f64) {
+        let (mut of_elements, mut volume) = (BTreeMap::<u32, Moments>::new(), 0.0);
         let mut last: Option<(u32, Mat<f64, 3>)> = None;
         self.sweep(spacing, &mut |sample: Sample| {
             volume += sample.volume;
@@ -112,15 +112,15 @@ impl Course {
             if last.is_none_or(|(before, _)| before != tet) {
                 last = Some((tet, mesh.rest_edges(tet as usize).inverse()));
             }
-            let part = parts.entry(tet).or_default();
-            part.volume += sample.volume;
-            for (row, along) in part.moment.iter_mut().zip(sample.tangent) {
+            let moments = of_elements.entry(tet).or_default();
+            moments.volume += sample.volume;
+            for (row, along) in moments.moment.iter_mut().zip(sample.tangent) {
                 for (entry, across) in row.iter_mut().zip(sample.tangent) {
                     *entry += sample.volume * along * across;
                 }
             }
         });
-        (parts, volume)
+        (of_elements, volume)
     }
 
     fn outside(&self, mesh: &SimplexMesh<3>) -> CourseError {

@@ -7,15 +7,15 @@ use super::scalar::{Scalar, Unreadable};
 pub(super) fn read(bytes: &[u8]) -> Result<Grid, Problem> {
     let mut reader = Reader::start(bytes)?;
     let mut grid = Grid::default();
-    let mut seen = Seen::default();
+    let mut read = ReadSoFar::default();
     while let Some(line) = reader.keyword_line() {
         let words = Words::of(line);
         match words.keyword.as_str() {
-            "DATASET" if words.text(0) == "UNSTRUCTURED_GRID" => seen.grid = true,
+            "DATASET" if words.text(0) == "UNSTRUCTURED_GRID" => read.grid = true,
             "DATASET" => return Err(Problem::NoGrid),
             "METADATA" => reader.skip_metadata(),
             // Facts about the file as a whole, which a mesh has no place for.
-            "FIELD" if seen.section.is_none() => {
+            "FIELD" if read.section.is_none() => {
                 reader.field(&words, None)?;
             }
             "POINTS" => {
@@ -29,13 +29,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Grid, Problem> {
                 grid.set_types(reader.numbers("CELL_TYPES", Scalar::I32, count, 1)?)?;
             }
             "POINT_DATA" => {
-                seen.section = Some(reader.section(&words, "POINT_DATA", grid.points.len())?);
+                read.section = Some(reader.section(&words, "POINT_DATA", grid.points.len())?);
             }
             "CELL_DATA" => {
-                seen.section = Some(reader.section(&words, "CELL_DATA", grid.offsets.len())?);
+                read.section = Some(reader.section(&words, "CELL_DATA", grid.offsets.len())?);
             }
             other => {
-                let Some(section) = seen.section else {
+                let Some(section) = read.section else {
                     return Err(reader.problem(format!("\"{other}\" is not expected here")));
                 };
                 let arrays = reader.attribute(&words, section)?;
@@ -46,7 +46,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Grid, Problem> {
             }
         }
     }
-    match (seen.grid, grid.types.len() == grid.offsets.len()) {
+    match (read.grid, grid.types.len() == grid.offsets.len()) {
         (false, _) => Err(Problem::NoGrid),
         (_, false) => Err(Problem::Other(
             "there are not as many cell types as cells".into(),
@@ -56,7 +56,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Grid, Problem> {
 }
 
 #[derive(Default)]
-struct Seen {
+struct ReadSoFar {
     grid: bool,
     section: Option<Section>,
 }

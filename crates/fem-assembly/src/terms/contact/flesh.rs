@@ -149,6 +149,9 @@ impl FleshContact {
 
     /// The deepest entry of a surface into another, meters; 0 where there is none. Only the pairs at
     /// hand are looked at.
+    ///
+    /// # Panics
+    /// When there are fewer positions than nodes.
     pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
         let depth = |pair: &Pair| match pair.gap(self.at(pair, positions)) {
             (gap, weight) if weight > 0.5 => -gap,

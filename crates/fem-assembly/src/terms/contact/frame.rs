@@ -2,7 +2,7 @@
 
 use super::geometry::{Point, cross, dot, norm, sub};
 use crate::error::AssemblyError;
-use fem_kinematics::Mat;
+use fem_kinematics::{Mat, RestShape, shape_matrix};
 
 /// Four nodes of a bone that is moved as a whole, X ↦ M X + t: they say where it is.
 ///
@@ -57,14 +57,12 @@ impl RigidFrame {
         if !(volume.abs() > 1e-6 * size * size * size) {
             return Err(flat(volume.abs()));
         }
-        let edges = [way(a, b), way(a, c), way(a, d)];
-        let inverse = Mat::from_fn(|i, j| edges[j][i]).inverse();
-        let [gb, gc, gd] = inverse.0;
-        let ga = std::array::from_fn(|i| -(gb[i] + gc[i] + gd[i]));
+        let nodes = [a, b, c, d];
+        let shape = RestShape::from_shape_matrix(&shape_matrix(&nodes.map(|n| rest[n])));
         Ok(Self {
-            nodes: [a, b, c, d],
+            nodes,
             origin: rest[a],
-            gradients: [ga, gb, gc, gd],
+            gradients: std::array::from_fn(|k| shape.barycentric_gradient(k)),
         })
     }
 

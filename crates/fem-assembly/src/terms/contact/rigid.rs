@@ -212,6 +212,9 @@ impl RigidContact {
     }
 
     /// How much deeper points are in a solid than at rest, at most; meters, 0 where none is.
+    ///
+    /// # Panics
+    /// When there are fewer positions than nodes.
     pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
         let placed = self.placed(positions);
         let depth = |(s, p): (usize, &ContactPoint)| {
@@ -312,7 +315,7 @@ impl RigidContact {
     }
 
     /// What a point feels of each solid, and its place at rest.
-    fn touches<'a>(
+    fn pressed<'a>(
         &'a self,
         placed: &'a Placed,
         positions: &[[f64; 3]],
@@ -341,11 +344,11 @@ impl RigidContact {
     }
 
     /// How much vertex k of a stencil moves its point against the bone.
-    fn share(&self, s: usize, touch: &Pressed, k: usize) -> f64 {
+    fn share(&self, s: usize, pressed: &Pressed, k: usize) -> f64 {
         if k < 4 {
             self.points[s].point.weights[k]
         } else {
-            touch.bone[k - 4]
+            pressed.bone[k - 4]
         }
     }
 }
@@ -383,14 +386,14 @@ impl Term<3> for RigidContact {
         let placed = self.placed(at.positions());
         for s in stencils {
             let mut energy = 0.0;
-            for touch in self.touches(&placed, at.positions(), s) {
-                energy += touch.energy;
+            for pressed in self.pressed(&placed, at.positions(), s) {
+                energy += pressed.energy;
                 let pull = placed
                     .inverse
-                    .tr_mul_vec(touch.jet.gradient)
-                    .map(|g| touch.slope * g);
+                    .tr_mul_vec(pressed.jet.gradient)
+                    .map(|g| pressed.slope * g);
                 for k in 0..self.vertices() {
-                    let share = self.share(s, &touch, k);
+                    let share = self.share(s, &pressed, k);
                     sink.add(s, k, pull.map(|f| share * f));
                 }
             }
@@ -408,22 +411,22 @@ impl Term<3> for RigidContact {
     ) {
         let placed = self.placed(at.positions());
         let gradients = placed.moved_gradients();
-        let touches = |s| {
-            self.touches(&placed, at.positions(), s)
+        let pressed = |s| {
+            self.pressed(&placed, at.positions(), s)
                 .map(move |t| (s, t))
         };
-        for (s, touch) in stencils.flat_map(touches) {
-            let normal = placed.inverse.tr_mul_vec(touch.jet.gradient);
-            let bent = touch.jet.hessian * placed.inverse;
-            let curved = placed.inverse.tr_mul(&bent).scale(touch.slope);
-            let own = Mat::outer(normal, normal).scale(touch.stiffness) + curved;
+        for (s, pressed) in stencils.flat_map(pressed) {
+            let normal = placed.inverse.tr_mul_vec(pressed.jet.gradient);
+            let bent = pressed.jet.hessian * placed.inverse;
+            let curved = placed.inverse.tr_mul(&bent).scale(pressed.slope);
+            let own = Mat::outer(normal, normal).scale(pressed.stiffness) + curved;
             let own = projection.matrix(&own);
             // ∂²X = −M⁻¹ (∂M ∂X + ∂M ∂X): the bone's nodes turn what a motion means.
-            let pull = normal.map(|n| touch.slope * n);
+            let pull = normal.map(|n| pressed.slope * n);
             let turned = |k: usize| (k >= 4).then(|| Mat::outer(pull, gradients[k - 4]));
             for a in 0..self.vertices() {
                 for b in 0..=a {
-                    let (of_a, of_b) = (self.share(s, &touch, a), self.share(s, &touch, b));
+                    let (of_a, of_b) = (self.share(s, &pressed, a), self.share(s, &pressed, b));
                     let mut block = own.scale(of_a * of_b);
                     if projection == HessianProjection::None {
                         if let Some(turned) = turned(a) {

@@ -124,6 +124,6 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     assert_eq!(taken(), [0, 0, 0, 6, 0, 1], "a Hessian");
     body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows);
     assert_eq!(taken(), [0, 0, 0, 0, 0, 1], "the force of a muscle");
-    body.volume_ratios(&x);
+    body.volume_ratios(body.positions(&x).unwrap());
     assert_eq!(taken(), [0; 6], "volumes");
 }

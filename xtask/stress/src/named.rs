@@ -7,7 +7,7 @@ use fem_materials::registry::{
 use fem_materials::{Material, Outlined};
 
 /// P(F), pascals.
-pub type Law = Box<dyn Fn(&Mat<f64, 3>) -> Mat<f64, 3> + Send + Sync>;
+pub type StressFunction = Box<dyn Fn(&Mat<f64, 3>) -> Mat<f64, 3> + Send + Sync>;
 
 /// A model with its parameters.
 #[derive(Clone, Debug)]
@@ -53,11 +53,11 @@ impl Named {
     }
 
     /// Its stress.
-    pub fn law(&self) -> Result<Law, ModelError> {
+    pub fn stress(&self) -> Result<StressFunction, ModelError> {
         struct Boxed;
         impl UseSolid for Boxed {
-            type Output = Law;
-            fn call<M: Material<3> + 'static>(self, model: M) -> Law {
+            type Output = StressFunction;
+            fn call<M: Material<3> + 'static>(self, model: M) -> StressFunction {
                 let model = Outlined(model);
                 Box::new(move |F| model.stress(F))
             }
