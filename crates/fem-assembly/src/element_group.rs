@@ -33,6 +33,8 @@ pub(crate) struct ElementGroup<const D: usize, S: ElementShape<D>, M> {
     control: Vec<[u32; LANES]>,
     /// How many controls an evaluation needs.
     controls: usize,
+    /// Has an element no energy while its control is 0?
+    vanishes: bool,
 }
 
 impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S, M> {
@@ -58,6 +60,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
             }
         }
         Self {
+            vanishes: false,
             material,
             batches: ids
                 .chunks(LANES)
@@ -83,6 +86,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
         Self {
             control: entries.chunks(LANES).map(of_batch).collect(),
             controls,
+            vanishes: self.material.vanishes_at_zero(),
             ..self
         }
     }
@@ -91,6 +95,13 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
     #[inline(always)]
     fn batches(&self, stencils: &Range<usize>) -> Range<usize> {
         stencils.start / LANES..stencils.end.div_ceil(LANES)
+    }
+
+    /// Do all elements of a batch have no energy, whatever their shape?
+    #[inline(always)]
+    fn idle(&self, batch: usize, controls: &[f64]) -> bool {
+        let relaxed = |&control: &u32| controls[control as usize] == 0.0;
+        M::CONTROL.is_some() && self.vanishes && self.control[batch].iter().all(relaxed)
     }
 
     /// The local parameters of a batch.
@@ -139,6 +150,9 @@ where
     fn run<V: Pack>(self) {
         let group = self.group;
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
             let local = group.local::<V>(k, self.at.controls());
@@ -173,6 +187,9 @@ where
     fn run<V: Pack>(self) {
         let group = self.group;
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
             let local = group.local::<V>(k, self.at.controls());
@@ -229,6 +246,9 @@ where
         let group = self.group;
         let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
             let local = group.local::<V>(k, self.at.controls());
@@ -265,6 +285,9 @@ fn projected_hessian<const D: usize, S: ElementShape<D>, M: MaterialField<D>>(
 ) {
     let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
     for k in batches {
+        if group.idle(k, at.controls()) {
+            continue;
+        }
         let batch = &group.batches[k];
         let edges = batch.edges(at.positions());
         for lane in 0..batch.used {
@@ -318,6 +341,9 @@ where
     fn run<V: Pack>(self) {
         let group = self.group;
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
             let moved = batch.edges(self.displacement);
@@ -370,6 +396,9 @@ where
                 point.add_nodal_gradient(&P, &mut nodal);
             }
             add_to_nodes::<V, S, D>(self.sink, k, &nodal);
+            for lane in (0..batch.used).filter(|&lane| control[lane] == self.control) {
+                self.sink.evaluated(k * LANES + lane);
+            }
         }
     }
 }
@@ -448,7 +477,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         stencils: Range<usize>,
         sink: &mut GradientSink<D>,
     ) {
-        if self.control.is_empty() {
+        if M::CONTROL.is_none() || self.control.is_empty() || !self.material.listens() {
             return;
         }
         dispatch_packed(ControlPass {
@@ -470,6 +499,10 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
             decompositions: points * u64::from(M::DECOMPOSES),
             filter_decompositions: points * u64::from(M::FILTER_DECOMPOSES),
         }
+    }
+    fn idle_without(&self, stencil: usize) -> Option<usize> {
+        let control = || self.control[stencil / LANES][stencil % LANES] as usize;
+        self.vanishes.then(control)
     }
     fn element(&self, stencil: usize) -> Option<usize> {
         Some(self.elements[stencil] as usize)

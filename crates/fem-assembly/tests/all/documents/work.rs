@@ -1,7 +1,7 @@
 //! What an assembly evaluates, counted by a material and a tension curve that count.
 
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
+use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber};
 use fem_kinematics::{Mat, Real, Tensor4};
 use fem_materials::curves::{CurvePoint, PhysBam, TensionCurve};
 use fem_materials::{FiberLaw, HessianProjection, Material, NeoHookean, Stretch};
@@ -53,8 +53,11 @@ impl Material<3> for Counting {
     }
 }
 
+/// Passive tension is there or not.
 #[derive(Clone, Copy)]
-struct CountingCurve;
+struct CountingCurve {
+    passive: bool,
+}
 
 impl TensionCurve for CountingCurve {
     fn active<T: Real>(&self, l: T) -> CurvePoint<T> {
@@ -62,7 +65,13 @@ impl TensionCurve for CountingCurve {
         PhysBam::default().active(l)
     }
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
-        PhysBam::default().passive(l)
+        match self.passive {
+            true => PhysBam::default().passive(l),
+            false => CurvePoint::default(),
+        }
+    }
+    fn has_passive(&self) -> bool {
+        self.passive
     }
 }
 
@@ -93,18 +102,15 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
             optimal_stretch: 1.0,
         })
         .collect();
-    let law = FiberLaw {
-        curve: CountingCurve,
-        stretch: Stretch::Total,
+    let body_with = |passive, stretch| {
+        let curve = CountingCurve { passive };
+        let law = FiberLaw { curve, stretch };
+        let builder = AssemblyBuilder::new(&mesh, Dofs::all_free(rest).unwrap()).unwrap();
+        let builder = builder.material(Counting).unwrap();
+        let builder = builder.fibers(law, 1, &fibers).unwrap();
+        builder.build().unwrap()
     };
-    let body = AssemblyBuilder::new(&mesh, Dofs::all_free(rest).unwrap())
-        .unwrap()
-        .material(Counting)
-        .unwrap()
-        .fibers(law, 1, &fibers)
-        .unwrap()
-        .build()
-        .unwrap();
+    let body = body_with(true, Stretch::Total);
     let x: Vec<[f64; 3]> = rest.iter().map(|p| [1.1 * p[0], p[1], p[2]]).collect();
     let mut rows = vec![0.0; body.dofs().vector_len()];
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
@@ -126,4 +132,25 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     assert_eq!(taken(), [0, 0, 0, 0, 0, 1], "the force of a muscle");
     body.volume_ratios(&x);
     assert_eq!(taken(), [0; 6], "volumes");
+
+    let mut pulls_of_relaxed = |body: &Assembly<3>| {
+        let at = body.configuration(&x, &[0.0]).unwrap();
+        body.energy(at);
+        body.gradient(at, &mut rows);
+        body.hessian_vector(at, &x, &mut rows);
+        for projection in [HessianProjection::None, HessianProjection::Clamp] {
+            body.hessian(at, projection, &mut hessian);
+        }
+        let [.., pulls] = taken();
+        body.control_gradient(at, 0, &mut rows);
+        (pulls, taken())
+    };
+    // A filtered Hessian takes its five fibers one by one.
+    let force = [0, 0, 0, 0, 0, 1];
+    assert_eq!(pulls_of_relaxed(&body), (4 + 5, force));
+    let nothing = body_with(false, Stretch::Total);
+    assert_eq!(pulls_of_relaxed(&nothing), (0, force));
+    // Inside out this one has no energy but +∞.
+    let walled = body_with(false, Stretch::Isochoric);
+    assert_eq!(pulls_of_relaxed(&walled), (4 + 5, force));
 }
