@@ -21,7 +21,7 @@ pub struct Options {
     /// Smaller bodies: all scenes but head-medium in less than two minutes
     #[arg(long)]
     pub quick: bool,
-    /// Also faces of 300,000 and a million tetrahedra
+    /// Also bars and faces of 300,000 and a million tetrahedra
     #[arg(long)]
     pub large: bool,
     /// Cells along the short side, separated by commas, for scenes that are grids
