@@ -2,7 +2,7 @@
 
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber};
-use fem_kinematics::{Mat, Real, Tensor4};
+use fem_kinematics::{Mat, Pack, PackedKernel, Real, Tensor4, dispatch_packed};
 use fem_materials::curves::{CurvePoint, PhysBam, TensionCurve};
 use fem_materials::{FiberLaw, HessianProjection, Material, NeoHookean, Stretch};
 use fem_solvers::BlockSymmetric;
@@ -75,6 +75,16 @@ impl TensionCurve for CountingCurve {
     }
 }
 
+/// How many of a batch's eight elements are evaluated at once here.
+struct Width;
+
+impl PackedKernel for Width {
+    type Output = usize;
+    fn run<V: Pack>(self) -> usize {
+        V::WIDTH
+    }
+}
+
 /// The counters since the last call: energy, stress, differential, derivative, filtered, pulls.
 fn taken() -> [usize; 6] {
     [
@@ -90,7 +100,9 @@ fn taken() -> [usize; 6] {
 
 #[test]
 fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
-    // 48 tetrahedra, six packs of eight; fibers in five of them, one pack.
+    // 48 tetrahedra, six batches of eight; fibers in five of them, one batch.
+    let each = 8 / dispatch_packed(Width);
+    let all = 6 * each;
     let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
     let rest = mesh.nodes();
     let fibers: Vec<Fiber> = (0..5)
@@ -117,19 +129,23 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     taken();
 
     body.energy(body.configuration(&x, &[0.5]).unwrap());
-    assert_eq!(taken(), [6, 0, 0, 0, 0, 1], "an energy");
+    assert_eq!(taken(), [all, 0, 0, 0, 0, each], "an energy");
     body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows);
-    assert_eq!(taken(), [6, 6, 0, 0, 0, 1], "a gradient, with its energy");
+    assert_eq!(
+        taken(),
+        [all, all, 0, 0, 0, each],
+        "a gradient, with its energy"
+    );
     body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows);
-    assert_eq!(taken(), [0, 0, 6, 0, 0, 1], "a product");
+    assert_eq!(taken(), [0, 0, all, 0, 0, each], "a product");
     body.hessian(
         body.configuration(&x, &[0.5]).unwrap(),
         HessianProjection::None,
         &mut hessian,
     );
-    assert_eq!(taken(), [0, 0, 0, 6, 0, 1], "a Hessian");
+    assert_eq!(taken(), [0, 0, 0, all, 0, each], "a Hessian");
     body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows);
-    assert_eq!(taken(), [0, 0, 0, 0, 0, 1], "the force of a muscle");
+    assert_eq!(taken(), [0, 0, 0, 0, 0, each], "the force of a muscle");
     body.volume_ratios(&x);
     assert_eq!(taken(), [0; 6], "volumes");
 
@@ -146,11 +162,11 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         (pulls, taken())
     };
     // A filtered Hessian takes its five fibers one by one.
-    let force = [0, 0, 0, 0, 0, 1];
-    assert_eq!(pulls_of_relaxed(&body), (4 + 5, force));
+    let force = [0, 0, 0, 0, 0, each];
+    assert_eq!(pulls_of_relaxed(&body), (4 * each + 5, force));
     let nothing = body_with(false, Stretch::Total);
     assert_eq!(pulls_of_relaxed(&nothing), (0, force));
     // Inside out this one has no energy but +∞.
     let walled = body_with(false, Stretch::Isochoric);
-    assert_eq!(pulls_of_relaxed(&walled), (4 + 5, force));
+    assert_eq!(pulls_of_relaxed(&walled), (4 * each + 5, force));
 }
