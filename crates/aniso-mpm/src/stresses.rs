@@ -3,7 +3,7 @@
 use crate::body::Body;
 use crate::float::Float;
 use crate::particles::Particles;
-use fem_kinematics::{F64x8, Lanes, Mat, Pack, PackedKernel, dispatch_packed};
+use fem_kinematics::{Mat, Pack, PackedKernel, dispatch_packed};
 use fem_materials::DamageField;
 use fem_solvers::parallel;
 
@@ -112,33 +112,36 @@ fn eight_stresses<V: Pack, M: DamageField<D>, T: Float, const D: usize>(
     d: &[T; 8],
     tau: &mut [Mat<T, D>; 8],
 ) {
-    let mut packed = [[Lanes([0.0; 8]); D]; D];
-    let mut damage: F64x8 = Lanes([0.0; 8]);
+    let mut packed = [[[0.0; 8]; D]; D];
+    let mut damage = [0.0; 8];
     for lane in 0..8 {
         for i in 0..D {
             for j in 0..D {
-                packed[i][j].0[lane] = F[lane].0[i][j].to_f64();
+                packed[i][j][lane] = F[lane].0[i][j].to_f64();
             }
         }
-        damage.0[lane] = d[lane].to_f64();
+        damage[lane] = d[lane].to_f64();
     }
-    let mut F = Mat::<V, D>::zeros();
-    for i in 0..D {
-        for j in 0..D {
-            F.0[i][j] = V::from_lanes(packed[i][j]);
+    for part in 0..8 / V::WIDTH {
+        let first = part * V::WIDTH;
+        let mut F = Mat::<V, D>::zeros();
+        for i in 0..D {
+            for j in 0..D {
+                F.0[i][j] = V::load(&packed[i][j], first);
+            }
         }
-    }
-    let local = M::at_damage(V::from_lanes(damage));
-    let stress = material.stress(&local, &F).mul_tr(&F);
-    for i in 0..D {
-        for j in 0..D {
-            packed[i][j] = stress.0[i][j].to_lanes();
+        let local = M::at_damage(V::load(&damage, first));
+        let stress = material.stress(&local, &F).mul_tr(&F);
+        for i in 0..D {
+            for j in 0..D {
+                stress.0[i][j].store(&mut packed[i][j], first);
+            }
         }
     }
     for lane in 0..8 {
         for i in 0..D {
             for j in 0..D {
-                tau[lane].0[i][j] = T::from_f64(packed[i][j].0[lane]);
+                tau[lane].0[i][j] = T::from_f64(packed[i][j][lane]);
             }
         }
     }

@@ -105,6 +105,19 @@ fn a_reader_that_closes_the_pipe_is_no_failure() {
     assert!(message.is_empty(), "{message}");
 }
 
+/// The phases of a report, those of every run and its own, add up to its seconds: none is missing, and
+/// nothing is left for others.
+fn assert_phases(report: &serde_json::Value, own: &[&str]) {
+    let phases = report["phase_seconds"].as_object().unwrap();
+    let mut expected = ["start", "scene", "assembly", "report"].to_vec();
+    expected.extend(own);
+    expected.sort_unstable();
+    assert!(phases.keys().eq(expected), "{phases:?}");
+    let sum: f64 = phases.values().map(|s| s.as_f64().unwrap()).sum();
+    let seconds = report["seconds"].as_f64().unwrap();
+    assert!((sum - seconds).abs() < 1e-9, "{sum} {seconds}");
+}
+
 #[test]
 fn a_pose_is_written_whole_and_never_over_other_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -125,6 +138,7 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
         String::from_utf8_lossy(&output.stderr)
     );
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_phases(&report, &["equilibrium", "files", "pictures"]);
     let results = &report["results"];
     assert_eq!(results["inverted_tets"], 0);
     let torques = &results["jaw_torques_newton_meters"];
@@ -213,6 +227,9 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         "{}",
         String::from_utf8_lossy(&jacobian.stderr)
     );
+    let report = std::fs::read(at.join("j/report.json")).unwrap();
+    let report = serde_json::from_slice(&report).unwrap();
+    assert_phases(&report, &["equilibrium", "jacobian", "files"]);
     let table = std::fs::read_to_string(at.join("j/jacobian.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + 3 * 68);
     // The first column of the jaw's translation is how landmarks follow a jaw that slides left:
@@ -287,10 +304,8 @@ fn a_scene_file_and_a_table_of_targets_lead_to_a_fit() {
         assert_eq!(work["evaluations"]["contacts"]["gradients"], 0);
         assert!(at.join(format!("out/frame {}.vtu", k + 1)).is_file());
     }
-    let phases = report["phase_seconds"].as_object().unwrap();
-    let sum: f64 = phases.values().map(|s| s.as_f64().unwrap()).sum();
-    assert!((sum - report["seconds"].as_f64().unwrap()).abs() < 1e-9);
-    assert!(phases["other"].as_f64().unwrap() >= 0.0);
+    let own = ["rest picture", "fit", "files and pictures", "sheet"];
+    assert_phases(&report, &own);
 
     // One sheet for both; each on its own if asked for; nothing if not.
     let again = |out: &str, options: &[&str]| {

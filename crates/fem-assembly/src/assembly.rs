@@ -169,7 +169,7 @@ impl<const D: usize> Assembly<D> {
 
     /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
     pub fn gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
-        self.count(Pass::Gradient, |summand| summand.felt);
+        self.count(Pass::Gradient, |summand| summand.felt(at.controls()));
         let energies = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
@@ -184,7 +184,7 @@ impl<const D: usize> Assembly<D> {
     /// Σₛ |∂eₛ/∂x| for each unknown, newtons: the forces whose sum [`Assembly::gradient`] is; its
     /// rounding is ε times a few of them.
     pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
-        self.count(Pass::Gradient, |summand| summand.felt);
+        self.count(Pass::Gradient, |summand| summand.felt(at.controls()));
         let mut sums = vec![0.0; self.dofs.vector_len()];
         self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
@@ -196,7 +196,7 @@ impl<const D: usize> Assembly<D> {
     /// Nodal forces f = −∂E/∂x at every node, prescribed ones included, newtons: at equilibrium the
     /// reaction that a prescribed node exerts on the body is −f.
     pub fn forces_everywhere(&self, at: Configuration<D>) -> Vec<[f64; D]> {
-        self.count(Pass::Gradient, Summand::all);
+        self.count(Pass::Gradient, |summand| summand.all(at.controls()));
         let mut forces = self.everywhere(|summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
@@ -212,7 +212,7 @@ impl<const D: usize> Assembly<D> {
         at: Configuration<D>,
         displacement: &[[f64; D]],
     ) -> Vec<[f64; D]> {
-        self.count(Pass::Product, Summand::all);
+        self.count(Pass::Product, |summand| summand.all(at.controls()));
         self.everywhere(|summand, stencils, sink| {
             summand
                 .term
@@ -233,7 +233,9 @@ impl<const D: usize> Assembly<D> {
         projection: HessianProjection,
         hessian: &mut BlockSymmetric<D>,
     ) {
-        self.count(Pass::Hessian(projection), |summand| summand.felt);
+        self.count(Pass::Hessian(projection), |summand| {
+            summand.felt(at.controls())
+        });
         self.hessian_by_term(at, |_| [(projection, 1.0), (projection, 0.0)], hessian);
     }
 
@@ -252,7 +254,7 @@ impl<const D: usize> Assembly<D> {
             false => [(others, 1.0), (others, 0.0)],
         };
         let felt_by = |summand: &Summand<D>, one_sided: bool| match summand.term.one_sided() {
-            own if own == one_sided => summand.felt,
+            own if own == one_sided => summand.felt(at.controls()),
             _ => 0,
         };
         self.count(Pass::Hessian(others), |summand| felt_by(summand, false));
@@ -315,7 +317,7 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
         product: &mut [f64],
     ) {
-        self.count(Pass::Product, |summand| summand.felt);
+        self.count(Pass::Product, |summand| summand.felt(at.controls()));
         self.by_rows(product, Summed::AsTheyAre, |summand, stencils, sink| {
             summand
                 .term
@@ -328,10 +330,20 @@ impl<const D: usize> Assembly<D> {
     /// the activation of a muscle). It does not depend on that control, but may on others: the force
     /// of an activation is proportional to the strength of its muscle.
     pub fn control_gradient(&self, at: Configuration<D>, control: usize, gradient: &mut [f64]) {
-        self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
+        let evaluated = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             if control < summand.term.controls() {
                 summand.term.control_gradient(at, control, stencils, sink);
             }
+        });
+        let evaluated = || {
+            evaluated
+                .iter()
+                .flatten()
+                .map(|&(stencil, _)| stencil as usize)
+        };
+        self.count(Pass::ByControl, |summand| {
+            let own = summand.first_energy..summand.first_energy + summand.stencils.count();
+            evaluated().filter(|stencil| own.contains(stencil)).count() as u64
         });
         self.clear_prescribed_axes(gradient);
     }
@@ -449,8 +461,8 @@ impl<const D: usize> Assembly<D> {
             false => &self.prescribed_pieces,
         };
         self.count(Pass::Energy, |summand| match free {
-            true => summand.felt,
-            false => summand.all() - summand.felt,
+            true => summand.felt(at.controls()),
+            false => summand.prescribed(at.controls()),
         });
         let mut energies = vec![0.0; self.free.len()];
         let (mut rest, mut done) = (energies.as_mut_slice(), 0);

@@ -135,6 +135,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         self.summands.push(Summand {
             cost: term.cost(),
             felt: 0,
+            idle: Vec::new(),
             term: Box::new(term),
             stencils,
             first_energy,

@@ -76,19 +76,28 @@ impl<const D: usize, S: ElementShape<D>> ElementBatch<D, S> {
     }
 }
 
+#[inline(always)]
+fn product<V: Pack>(a: &F64x8, b: &F64x8, first: usize) -> V {
+    V::load(&a.0, first) * V::load(&b.0, first)
+}
+
+/// `first` is the first of the lanes that `V` holds.
 impl<const D: usize, S: ElementShape<D>> QuadraturePoint<D, S> {
     /// F = Σₐ xₐ ∇Nₐᵀ of positions; dF of displacements. For a linear simplex it is D_s D_m⁻¹
     /// (document 000, 4.1).
     #[inline(always)]
-    pub fn deformation_gradient<V: Pack>(&self, edges: &S::Rows<[F64x8; D]>) -> Mat<V, D> {
+    pub fn deformation_gradient<V: Pack>(
+        &self,
+        edges: &S::Rows<[F64x8; D]>,
+        first: usize,
+    ) -> Mat<V, D> {
         let (edges, gradients) = (edges.as_ref(), self.gradients.as_ref());
         let mut F = Mat::<V, D>::zeros();
         for i in 0..D {
             for j in 0..D {
-                let first = V::from_lanes(edges[0][i]) * V::from_lanes(gradients[0][j]);
-                let mut sum = first;
+                let mut sum = product::<V>(&edges[0][i], &gradients[0][j], first);
                 for a in 1..S::NODES - 1 {
-                    sum += V::from_lanes(edges[a][i]) * V::from_lanes(gradients[a][j]);
+                    sum += product::<V>(&edges[a][i], &gradients[a][j], first);
                 }
                 F.0[i][j] = sum;
             }
@@ -98,36 +107,32 @@ impl<const D: usize, S: ElementShape<D>> QuadraturePoint<D, S> {
 
     /// ∇N of the nodes but the first, in registers.
     #[inline(always)]
-    pub fn gradients<V: Pack>(&self) -> S::Rows<[V; D]> {
+    pub fn gradients<V: Pack>(&self, first: usize) -> S::Rows<[V; D]> {
         let mut packed = S::rows([V::zero(); D]);
         let (rows, gradients) = (packed.as_mut(), self.gradients.as_ref());
         for a in 0..S::NODES - 1 {
             for j in 0..D {
-                rows[a][j] = V::from_lanes(gradients[a][j]);
+                rows[a][j] = V::load(&gradients[a][j].0, first);
             }
         }
         packed
     }
 
-    /// ∇N of the nodes but the first in one lane.
-    pub fn gradients_of_lane(&self, lane: usize) -> S::Rows<[f64; D]> {
-        let mut of_lane = S::rows([0.0; D]);
-        for (row, gradient) in of_lane.as_mut().iter_mut().zip(self.gradients.as_ref()) {
-            *row = gradient.map(|g| g.0[lane]);
-        }
-        of_lane
-    }
-
     /// Adds ∂E/∂x at each node, w P ∇Nₐ: minus the finite-volume force g = P B_m of document 000,
     /// 4.4.
     #[inline(always)]
-    pub fn add_nodal_gradient<V: Pack>(&self, P: &Mat<V, D>, sums: &mut S::Nodes<[V; D]>) {
-        let weight = V::from_lanes(self.weight);
+    pub fn add_nodal_gradient<V: Pack>(
+        &self,
+        P: &Mat<V, D>,
+        first: usize,
+        sums: &mut S::Nodes<[V; D]>,
+    ) {
+        let weight = V::load(&self.weight.0, first);
         let (gradients, sums) = (self.gradients.as_ref(), sums.as_mut());
         for a in 0..S::NODES - 1 {
             let mut gradient = [V::zero(); D];
             for j in 0..D {
-                gradient[j] = V::from_lanes(gradients[a][j]);
+                gradient[j] = V::load(&gradients[a][j].0, first);
             }
             let column = P.mul_vec(gradient);
             for i in 0..D {

@@ -8,7 +8,12 @@ use crate::shape::ElementShape;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::stiffness::element_stiffness;
 use crate::term::{Stencils, Term};
-use fem_kinematics::{F64x8, Lanes, Mat, Pack, PackedKernel, dispatch_packed};
+#[cfg(not(test))]
+use fem_kinematics::dispatch_packed;
+// Debug builds have one way, of those that a test compares.
+#[cfg(test)]
+use fem_kinematics::dispatch_registers as dispatch_packed;
+use fem_kinematics::{F64x8, Mat, Pack, PackedKernel};
 use fem_materials::HessianProjection;
 use fem_materials::field::{LocalParameters, MAX_LOCAL_NUMBERS, MaterialField};
 use std::ops::Range;
@@ -33,6 +38,8 @@ pub(crate) struct ElementGroup<const D: usize, S: ElementShape<D>, M> {
     control: Vec<[u32; LANES]>,
     /// How many controls an evaluation needs.
     controls: usize,
+    /// Has an element no energy while its control is 0?
+    vanishes: bool,
 }
 
 impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S, M> {
@@ -58,6 +65,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
             }
         }
         Self {
+            vanishes: false,
             material,
             batches: ids
                 .chunks(LANES)
@@ -83,6 +91,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
         Self {
             control: entries.chunks(LANES).map(of_batch).collect(),
             controls,
+            vanishes: self.material.vanishes_at_zero(),
             ..self
         }
     }
@@ -93,34 +102,35 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
         stencils.start / LANES..stencils.end.div_ceil(LANES)
     }
 
-    /// The local parameters of a batch.
+    /// Do all elements of a batch have no energy, whatever their shape?
     #[inline(always)]
-    fn local<V: Pack>(&self, batch: usize, controls: &[f64]) -> M::Local<V> {
+    fn idle(&self, batch: usize, controls: &[f64]) -> bool {
+        let relaxed = |&control: &u32| controls[control as usize] == 0.0;
+        M::CONTROL.is_some() && self.vanishes && self.control[batch].iter().all(relaxed)
+    }
+
+    /// The local parameters in a batch, from a lane on.
+    #[inline(always)]
+    fn local<V: Pack>(&self, batch: usize, first: usize, controls: &[f64]) -> M::Local<V> {
         let mut numbers = [V::zero(); MAX_LOCAL_NUMBERS];
         for n in 0..Self::NUMBERS {
-            numbers[n] = V::from_lanes(self.locals[batch * Self::NUMBERS + n]);
+            numbers[n] = V::load(&self.locals[batch * Self::NUMBERS + n].0, first);
         }
         if let (Some(n), false) = (M::CONTROL, self.control.is_empty()) {
-            let mut values = Lanes([0.0; LANES]);
-            for lane in 0..LANES {
-                values.0[lane] = controls[self.control[batch][lane] as usize];
+            let mut values = [0.0; LANES];
+            for lane in first..first + V::WIDTH {
+                values[lane] = controls[self.control[batch][lane] as usize];
             }
-            numbers[n] = V::from_lanes(values);
+            numbers[n] = V::load(&values, first);
         }
         M::Local::<V>::from_numbers(&numbers)
     }
+}
 
-    /// The local parameters of one element.
-    fn local_of_lane(&self, batch: usize, lane: usize, controls: &[f64]) -> M::Local<f64> {
-        let mut numbers = [0.0; MAX_LOCAL_NUMBERS];
-        for n in 0..Self::NUMBERS {
-            numbers[n] = self.locals[batch * Self::NUMBERS + n].0[lane];
-        }
-        if let (Some(n), false) = (M::CONTROL, self.control.is_empty()) {
-            numbers[n] = controls[self.control[batch][lane] as usize];
-        }
-        M::Local::<f64>::from_numbers(&numbers)
-    }
+/// How many `V` the lanes of a batch take.
+#[inline(always)]
+const fn parts<V: Pack>() -> usize {
+    LANES / V::WIDTH
 }
 
 struct EnergyPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
@@ -139,15 +149,19 @@ where
     fn run<V: Pack>(self) {
         let group = self.group;
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
-            let local = group.local::<V>(k, self.at.controls());
             let mut energy = [0.0; LANES];
-            for point in batch.points.as_ref() {
-                let F = point.deformation_gradient::<V>(&edges);
-                let density = group.material.energy(&local, &F).to_lanes();
-                for lane in 0..LANES {
-                    energy[lane] += density.0[lane] * point.weight.0[lane];
+            for part in 0..parts::<V>() {
+                let first = part * V::WIDTH;
+                let local = group.local::<V>(k, first, self.at.controls());
+                for point in batch.points.as_ref() {
+                    let F = point.deformation_gradient::<V>(&edges, first);
+                    let psi = group.material.energy(&local, &F);
+                    add_energy(psi, first, &point.weight, &mut energy);
                 }
             }
             for lane in 0..batch.used {
@@ -173,43 +187,57 @@ where
     fn run<V: Pack>(self) {
         let group = self.group;
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
-            let local = group.local::<V>(k, self.at.controls());
             let mut energy = [0.0; LANES];
-            let mut nodal = S::nodes([V::zero(); D]);
-            for point in batch.points.as_ref() {
-                let F = point.deformation_gradient::<V>(&edges);
-                let (psi, P) = group.material.energy_and_stress(&local, &F);
-                let density = psi.to_lanes();
-                for lane in 0..LANES {
-                    energy[lane] += density.0[lane] * point.weight.0[lane];
+            let mut forces = S::nodes([F64x8::default(); D]);
+            for part in 0..parts::<V>() {
+                let first = part * V::WIDTH;
+                let local = group.local::<V>(k, first, self.at.controls());
+                let mut nodal = S::nodes([V::zero(); D]);
+                for point in batch.points.as_ref() {
+                    let F = point.deformation_gradient::<V>(&edges, first);
+                    let (psi, P) = group.material.energy_and_stress(&local, &F);
+                    add_energy(psi, first, &point.weight, &mut energy);
+                    point.add_nodal_gradient(&P, first, &mut nodal);
                 }
-                point.add_nodal_gradient(&P, &mut nodal);
+                store::<V, S, D>(&nodal, first, &mut forces);
             }
             for lane in 0..batch.used {
                 self.sink.energy(k * LANES + lane, energy[lane]);
             }
-            add_to_nodes::<V, S, D>(self.sink, k, &nodal);
+            let forces = &forces.as_ref()[..S::NODES];
+            self.sink.add_lanes(k * LANES, forces);
         }
     }
 }
 
-/// Adds vectors at the nodes of a batch.
+/// Adds a density times the weight of its point.
 #[inline(always)]
-fn add_to_nodes<V: Pack, S: ElementShape<D>, const D: usize>(
-    sink: &mut GradientSink<D>,
-    batch: usize,
+fn add_energy<V: Pack>(density: V, first: usize, weight: &F64x8, energy: &mut [f64; LANES]) {
+    let mut lanes = [0.0; LANES];
+    density.store(&mut lanes, first);
+    for lane in first..first + V::WIDTH {
+        energy[lane] += lanes[lane] * weight.0[lane];
+    }
+}
+
+/// Puts vectors at the nodes into their lanes.
+#[inline(always)]
+fn store<V: Pack, S: ElementShape<D>, const D: usize>(
     nodal: &S::Nodes<[V; D]>,
+    first: usize,
+    lanes: &mut S::Nodes<[F64x8; D]>,
 ) {
-    let mut lanes = S::nodes([F64x8::default(); D]);
     let (out, nodal) = (lanes.as_mut(), nodal.as_ref());
     for a in 0..S::NODES {
         for i in 0..D {
-            out[a][i] = nodal[a][i].to_lanes();
+            nodal[a][i].store(&mut out[a][i].0, first);
         }
     }
-    sink.add_lanes(batch * LANES, &lanes.as_ref()[..S::NODES]);
 }
 
 struct HessianPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
@@ -229,27 +257,44 @@ where
         let group = self.group;
         let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
-            let local = group.local::<V>(k, self.at.controls());
-            let mut stiffness = S::pairs(Mat::<V, D>::zeros());
-            for point in batch.points.as_ref() {
-                let F = point.deformation_gradient::<V>(&edges);
-                let T = group.material.stress_derivative(&local, &F);
-                let weight = V::from_lanes(point.weight);
-                element_stiffness::<V, S, D>(&T, &point.gradients::<V>(), weight, &mut stiffness);
-            }
-            let (lanes, stiffness) = (pairs.as_mut(), stiffness.as_ref());
-            for p in 0..lanes.len() {
-                for i in 0..D {
-                    for j in 0..D {
-                        lanes[p][i][j] = stiffness[p].0[i][j].to_lanes().0;
-                    }
+            for part in 0..parts::<V>() {
+                let first = part * V::WIDTH;
+                let local = group.local::<V>(k, first, self.at.controls());
+                let mut stiffness = S::pairs(Mat::<V, D>::zeros());
+                for point in batch.points.as_ref() {
+                    let F = point.deformation_gradient::<V>(&edges, first);
+                    let T = group.material.stress_derivative(&local, &F);
+                    let weight = V::load(&point.weight.0, first);
+                    let gradients = point.gradients::<V>(first);
+                    element_stiffness::<V, S, D>(&T, &gradients, weight, &mut stiffness);
                 }
+                store_pairs::<V, S, D>(&stiffness, first, &mut pairs);
             }
             let nodes = S::NODES;
             self.sink
                 .add_lanes(k * LANES, batch.used, nodes, pairs.as_ref());
+        }
+    }
+}
+
+/// Puts the blocks of an element's stiffness into their lanes.
+#[inline(always)]
+fn store_pairs<V: Pack, S: ElementShape<D>, const D: usize>(
+    stiffness: &S::Pairs<Mat<V, D>>,
+    first: usize,
+    pairs: &mut S::Pairs<[[[f64; LANES]; D]; D]>,
+) {
+    let (lanes, stiffness) = (pairs.as_mut(), stiffness.as_ref());
+    for p in 0..lanes.len() {
+        for i in 0..D {
+            for j in 0..D {
+                stiffness[p].0[i][j].store(&mut lanes[p][i][j], first);
+            }
         }
     }
 }
@@ -265,26 +310,22 @@ fn projected_hessian<const D: usize, S: ElementShape<D>, M: MaterialField<D>>(
 ) {
     let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
     for k in batches {
+        if group.idle(k, at.controls()) {
+            continue;
+        }
         let batch = &group.batches[k];
         let edges = batch.edges(at.positions());
         for lane in 0..batch.used {
-            let local = group.local_of_lane(k, lane, at.controls());
+            let local = group.local::<f64>(k, lane, at.controls());
             let mut stiffness = S::pairs(Mat::<f64, D>::zeros());
             for point in batch.points.as_ref() {
-                let lanes = point.deformation_gradient::<F64x8>(&edges);
-                let F = Mat::from_fn(|i, j| lanes.0[i][j].0[lane]);
+                let F = point.deformation_gradient::<f64>(&edges, lane);
                 let T = projected_derivative(&group.material, &local, &F, projection);
-                let gradients = point.gradients_of_lane(lane);
+                let gradients = point.gradients::<f64>(lane);
                 let weight = point.weight.0[lane];
                 element_stiffness::<f64, S, D>(&T, &gradients, weight, &mut stiffness);
             }
-            for (lanes, pair) in pairs.as_mut().iter_mut().zip(stiffness.as_ref()) {
-                for i in 0..D {
-                    for j in 0..D {
-                        lanes[i][j][lane] = pair.0[i][j];
-                    }
-                }
-            }
+            store_pairs::<f64, S, D>(&stiffness, lane, &mut pairs);
         }
         sink.add_lanes(k * LANES, batch.used, S::NODES, pairs.as_ref());
     }
@@ -318,18 +359,27 @@ where
     fn run<V: Pack>(self) {
         let group = self.group;
         for k in self.batches {
+            if group.idle(k, self.at.controls()) {
+                continue;
+            }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
             let moved = batch.edges(self.displacement);
-            let local = group.local::<V>(k, self.at.controls());
-            let mut nodal = S::nodes([V::zero(); D]);
-            for point in batch.points.as_ref() {
-                let F = point.deformation_gradient::<V>(&edges);
-                let dF = point.deformation_gradient::<V>(&moved);
-                let dP = group.material.stress_differential(&local, &F, &dF);
-                point.add_nodal_gradient(&dP, &mut nodal);
+            let mut forces = S::nodes([F64x8::default(); D]);
+            for part in 0..parts::<V>() {
+                let first = part * V::WIDTH;
+                let local = group.local::<V>(k, first, self.at.controls());
+                let mut nodal = S::nodes([V::zero(); D]);
+                for point in batch.points.as_ref() {
+                    let F = point.deformation_gradient::<V>(&edges, first);
+                    let dF = point.deformation_gradient::<V>(&moved, first);
+                    let dP = group.material.stress_differential(&local, &F, &dF);
+                    point.add_nodal_gradient(&dP, first, &mut nodal);
+                }
+                store::<V, S, D>(&nodal, first, &mut forces);
             }
-            add_to_nodes::<V, S, D>(self.sink, k, &nodal);
+            let forces = &forces.as_ref()[..S::NODES];
+            self.sink.add_lanes(k * LANES, forces);
         }
     }
 }
@@ -355,21 +405,30 @@ where
             if !control.contains(&self.control) {
                 continue;
             }
-            let mut listens = Lanes([0.0; LANES]);
+            let mut listens = [0.0; LANES];
             for lane in 0..LANES {
-                listens.0[lane] = f64::from(u8::from(control[lane] == self.control));
+                listens[lane] = f64::from(u8::from(control[lane] == self.control));
             }
             let batch = &group.batches[k];
             let edges = batch.edges(self.at.positions());
-            let local = group.local::<V>(k, self.at.controls());
-            let mut nodal = S::nodes([V::zero(); D]);
-            for point in batch.points.as_ref() {
-                let F = point.deformation_gradient::<V>(&edges);
-                let P = group.material.stress_by_control(&local, &F);
-                let P = P.scale(V::from_lanes(listens));
-                point.add_nodal_gradient(&P, &mut nodal);
+            let mut forces = S::nodes([F64x8::default(); D]);
+            for part in 0..parts::<V>() {
+                let first = part * V::WIDTH;
+                let local = group.local::<V>(k, first, self.at.controls());
+                let listens = V::load(&listens, first);
+                let mut nodal = S::nodes([V::zero(); D]);
+                for point in batch.points.as_ref() {
+                    let F = point.deformation_gradient::<V>(&edges, first);
+                    let P = group.material.stress_by_control(&local, &F);
+                    point.add_nodal_gradient(&P.scale(listens), first, &mut nodal);
+                }
+                store::<V, S, D>(&nodal, first, &mut forces);
             }
-            add_to_nodes::<V, S, D>(self.sink, k, &nodal);
+            let forces = &forces.as_ref()[..S::NODES];
+            self.sink.add_lanes(k * LANES, forces);
+            for lane in (0..batch.used).filter(|&lane| control[lane] == self.control) {
+                self.sink.evaluated(k * LANES + lane);
+            }
         }
     }
 }
@@ -448,7 +507,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         stencils: Range<usize>,
         sink: &mut GradientSink<D>,
     ) {
-        if self.control.is_empty() {
+        if M::CONTROL.is_none() || self.control.is_empty() || !self.material.listens() {
             return;
         }
         dispatch_packed(ControlPass {
@@ -470,6 +529,10 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
             decompositions: points * u64::from(M::DECOMPOSES),
             filter_decompositions: points * u64::from(M::FILTER_DECOMPOSES),
         }
+    }
+    fn idle_without(&self, stencil: usize) -> Option<usize> {
+        let control = || self.control[stencil / LANES][stencil % LANES] as usize;
+        self.vanishes.then(control)
     }
     fn element(&self, stencil: usize) -> Option<usize> {
         Some(self.elements[stencil] as usize)

@@ -42,6 +42,8 @@ pub struct Passes {
     pub hessians: u64,
     /// Hessians times a displacement, without a matrix.
     pub products: u64,
+    /// Forces by a control, of the stencils alone that listen to it.
+    pub by_control: u64,
 }
 
 /// What an assembly has evaluated, stencil by stencil.
@@ -49,7 +51,9 @@ pub struct Passes {
 /// A stencil counts once for each time that its contribution was summed: the numbers do not depend
 /// on threads, although stencils on the border between two owners of rows are evaluated by both. What
 /// only prescribed nodes feel counts where it is asked for, in [`Assembly::energy`] and where forces
-/// at every node are wanted. Subtract an earlier count to see what was done since.
+/// at every node are wanted. Muscle fibers are evaluated whether their muscle is active or not, for
+/// their passive tension; a muscle whose curve has none costs nothing while it is relaxed. Subtract an
+/// earlier count to see what was done since.
 ///
 /// [`Assembly::energy`]: crate::Assembly::energy
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,6 +84,7 @@ impl Sub for Passes {
             gradients: self.gradients.saturating_sub(earlier.gradients),
             hessians: self.hessians.saturating_sub(earlier.hessians),
             products: self.products.saturating_sub(earlier.products),
+            by_control: self.by_control.saturating_sub(earlier.by_control),
         }
     }
 }
@@ -106,13 +111,14 @@ pub(crate) enum Pass {
     Gradient,
     Hessian(HessianProjection),
     Product,
+    ByControl,
 }
 
 /// The counts of one assembly; passes of several threads may add to them.
 #[derive(Debug, Default)]
 pub(crate) struct Counter {
     /// By kind, then by pass.
-    stencils: [[AtomicU64; 4]; 4],
+    stencils: [[AtomicU64; 5]; 4],
     decompositions: AtomicU64,
     projections: AtomicU64,
     searches: AtomicU64,
@@ -125,6 +131,7 @@ impl Counter {
             Pass::Gradient => (1, false),
             Pass::Hessian(projection) => (2, projection != HessianProjection::None),
             Pass::Product => (3, false),
+            Pass::ByControl => (4, false),
         };
         self.stencils[cost.kind as usize][column].fetch_add(stencils, Relaxed);
         let each = match filters {
@@ -143,7 +150,8 @@ impl Counter {
 
     pub fn read(&self) -> Evaluations {
         let of = |kind: StencilKind| {
-            let [energies, gradients, hessians, products] = self.stencils[kind as usize]
+            let [energies, gradients, hessians, products, by_control] = self.stencils
+                [kind as usize]
                 .each_ref()
                 .map(|n| n.load(Relaxed));
             Passes {
@@ -151,6 +159,7 @@ impl Counter {
                 gradients,
                 hessians,
                 products,
+                by_control,
             }
         };
         Evaluations {

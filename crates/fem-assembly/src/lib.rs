@@ -43,6 +43,8 @@ mod free_parts;
 pub mod mesh;
 mod patches;
 mod plan;
+#[cfg(test)]
+mod portable_tests;
 mod predictor;
 mod quasistatic;
 mod renewal;

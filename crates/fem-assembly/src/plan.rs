@@ -30,12 +30,43 @@ pub(crate) struct Summand<const D: usize> {
     pub cost: StencilCost,
     /// How many stencils a free node feels.
     pub felt: u64,
+    /// Of each control, how many stencils are idle without it: felt by a free node, and by none.
+    pub idle: Vec<[u64; 2]>,
 }
 
 impl<const D: usize> Summand<D> {
-    /// How many stencils there are.
-    pub fn all(&self) -> u64 {
-        self.stencils.count() as u64
+    /// How many stencils that a free node feels are evaluated.
+    pub fn felt(&self, controls: &[f64]) -> u64 {
+        self.felt - self.idle(controls, 0)
+    }
+
+    /// How many that none feels.
+    pub fn prescribed(&self, controls: &[f64]) -> u64 {
+        self.stencils.count() as u64 - self.felt - self.idle(controls, 1)
+    }
+
+    /// How many are evaluated where every node has a row.
+    pub fn all(&self, controls: &[f64]) -> u64 {
+        self.felt(controls) + self.prescribed(controls)
+    }
+
+    fn idle(&self, controls: &[f64], whose: usize) -> u64 {
+        let idle = self.idle.iter().zip(controls);
+        let relaxed = idle.filter(|(_, control)| **control == 0.0);
+        relaxed.map(|(counts, _)| counts[whose]).sum()
+    }
+
+    /// Counts what a free node feels, stencil by stencil.
+    fn count(&mut self, free: &[bool]) {
+        self.felt = free.iter().filter(|&&felt| felt).count() as u64;
+        self.idle.clear();
+        for (stencil, &felt) in free.iter().enumerate() {
+            if let Some(control) = self.term.idle_without(stencil) {
+                let known = self.idle.len().max(control + 1);
+                self.idle.resize(known, [0; 2]);
+                self.idle[control][usize::from(!felt)] += 1;
+            }
+        }
     }
 }
 
@@ -129,7 +160,7 @@ pub(crate) fn free<const D: usize>(summands: &mut [Summand<D>], dofs: &Dofs<D>) 
     for summand in summands {
         let (stencils, before) = (&summand.stencils, free.len());
         free.extend((0..stencils.count()).map(|k| stencils.first_row(k, dofs) != PRESCRIBED));
-        summand.felt = free[before..].iter().filter(|&&felt| felt).count() as u64;
+        summand.count(&free[before..]);
     }
     free
 }

@@ -154,6 +154,12 @@ impl<const D: usize> GradientSink<'_, D> {
         }
     }
 
+    /// Counts a stencil where no energies are asked for, in [`Term::control_gradient`](crate::Term::control_gradient).
+    #[inline(always)]
+    pub fn evaluated(&mut self, stencil: usize) {
+        self.energy(stencil, 0.0);
+    }
+
     /// The same sink for a multiple of what is written into it.
     #[must_use]
     pub fn scaled(&mut self, factor: f64) -> GradientSink<'_, D> {

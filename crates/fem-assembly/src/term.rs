@@ -118,6 +118,12 @@ pub trait Term<const D: usize>: Send + Sync {
         StencilCost::default()
     }
 
+    /// The control without which a stencil has no energy anywhere: where it is 0, the stencil is neither
+    /// evaluated nor counted, as a relaxed fiber without passive tension.
+    fn idle_without(&self, _stencil: usize) -> Option<usize> {
+        None
+    }
+
     /// The mesh element that a stencil belongs to, if any: errors name it.
     fn element(&self, _stencil: usize) -> Option<usize> {
         None

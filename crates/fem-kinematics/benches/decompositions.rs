@@ -40,8 +40,13 @@ impl PackedKernel for Eight {
     type Output = F64x8;
     #[inline(always)]
     fn run<V: Pack>(self) -> F64x8 {
-        let F = Mat::<V, 3>::from_fn(|i, j| V::from_lanes(self.1.0[i][j]));
-        self.0.apply(&F).to_lanes()
+        let mut results = F64x8::default();
+        for part in 0..8 / V::WIDTH {
+            let first = part * V::WIDTH;
+            let F = Mat::<V, 3>::from_fn(|i, j| V::load(&self.1.0[i][j].0, first));
+            self.0.apply(&F).store(&mut results.0, first);
+        }
+        results
     }
 }
 

@@ -49,7 +49,11 @@ impl<F: Function> PackedKernel for PackedMap<'_, F> {
     #[inline(always)]
     fn run<V: Pack>(self) {
         for (x, y) in self.0.iter().zip(self.1.iter_mut()) {
-            *y = self.2.of(V::from_lanes(*x)).to_lanes();
+            for part in 0..8 / V::WIDTH {
+                let first = part * V::WIDTH;
+                let value = self.2.of(V::load(&x.0, first));
+                value.store(&mut y.0, first);
+            }
         }
     }
 }
@@ -59,8 +63,11 @@ impl<F: MatrixFunction> PackedKernel for PackedMatrixMap<'_, F> {
     #[inline(always)]
     fn run<V: Pack>(self) {
         for (x, y) in self.0.iter().zip(self.1.iter_mut()) {
-            let x = Mat::from_fn(|i, j| V::from_lanes(x.0[i][j]));
-            *y = self.2.of(&x).to_lanes();
+            for part in 0..8 / V::WIDTH {
+                let first = part * V::WIDTH;
+                let x = Mat::from_fn(|i, j| V::load(&x.0[i][j].0, first));
+                self.2.of(&x).store(&mut y.0, first);
+            }
         }
     }
 }

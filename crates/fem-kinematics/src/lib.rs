@@ -65,7 +65,7 @@ mod tensor4_projection;
 pub use checked::Checked;
 pub use dispatch::{
     Kernel, Pack, PackedKernel, Quad, QuadKernel, QuadScalar, dispatch, dispatch_packed,
-    dispatch_quads,
+    dispatch_quads, dispatch_registers, portable_only,
 };
 pub use dual::Dual;
 pub use flattening::{

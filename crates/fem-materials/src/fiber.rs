@@ -340,6 +340,14 @@ impl<C: TensionCurve + Clone> MaterialField<3> for FiberLaw<C> {
     type Local<T: Real> = FiberTerm<T>;
     const CONTROL: Option<usize> = Some(5);
 
+    fn listens(&self) -> bool {
+        self.curve.has_active()
+    }
+    /// Not of the isochoric stretch, whose energy is +∞ where det F ≤ 0.
+    fn vanishes_at_zero(&self) -> bool {
+        self.stretch == Stretch::Total && !self.curve.has_passive()
+    }
+
     #[inline(always)]
     fn energy<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> T {
         fiber.energy(self, F)

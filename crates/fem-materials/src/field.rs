@@ -57,6 +57,17 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
     /// affine in that number.
     const CONTROL: Option<usize> = None;
 
+    /// Does ψ depend on the number that [`MaterialField::CONTROL`] names? Where it does not, its
+    /// derivative by it is 0 and not evaluated.
+    fn listens(&self) -> bool {
+        Self::CONTROL.is_some()
+    }
+
+    /// Is ψ 0 for every F where that number is 0? Such elements are then not evaluated.
+    fn vanishes_at_zero(&self) -> bool {
+        false
+    }
+
     /// Whether every evaluation decomposes F into rotations and stretches.
     const DECOMPOSES: bool = false;
 

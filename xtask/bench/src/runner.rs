@@ -21,7 +21,7 @@ pub struct Options {
     /// Smaller bodies: all scenes but head-medium in less than two minutes
     #[arg(long)]
     pub quick: bool,
-    /// Also faces of 300,000 and a million tetrahedra
+    /// Also bars and faces of 300,000 and a million tetrahedra
     #[arg(long)]
     pub large: bool,
     /// Cells along the short side, separated by commas, for scenes that are grids
@@ -48,6 +48,9 @@ pub struct Options {
     /// Also count the instructions of each scene's smallest run with valgrind
     #[arg(long)]
     pub instructions: bool,
+    /// No instructions that a processor may lack: what one without AVX2 runs, or of another kind
+    #[arg(long, conflicts_with_all = ["save", "compare"])]
+    pub portable: bool,
     /// Only a scene's smallest run, without a word: what valgrind counts
     #[arg(long, hide = true)]
     pub alone: bool,
@@ -74,6 +77,7 @@ pub fn run(options: &Options) -> Result<bool, Failure> {
         return Ok(true);
     }
     let wanted = wanted(&options.scenes)?;
+    fem_kinematics::portable_only(options.portable);
     on_threads(options.threads, || match options.alone {
         true => alone(&wanted),
         false => measured(&wanted, options),

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 pub struct Settings {
     /// Smaller bodies.
     pub quick: bool,
-    /// Also faces of 300,000 and a million tetrahedra.
+    /// Also bars and faces of 300,000 and a million tetrahedra.
     pub large: bool,
     /// Cells along the short side, in place of a scene's own, for scenes that are grids.
     pub sizes: Option<Vec<usize>>,

@@ -1,6 +1,7 @@
 //! `face-rig demo`: the whole way on the built-in face.
 
 use super::args::{DemoArgs, OutputArgs, Pictures};
+use super::clock::Clock;
 use super::draw::{Fitted, Shape, Sheets, convergence};
 use super::error::Failure;
 use super::fit::table;
@@ -16,7 +17,6 @@ use face_scenes::{
 };
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use std::time::Instant;
 
 /// End of the scale of distances, millimeters.
 const SCALE: f64 = 1.0;
@@ -59,17 +59,19 @@ struct Done {
     truth: Vec<f64>,
 }
 
-pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
+pub fn run(args: &DemoArgs, output: &OutputArgs, clock: Clock) -> Result<(), Failure> {
     if !BuiltinFace::TETS.contains(&args.tets) {
         // Before a folder is made for nothing.
         builtin(args.tets)?;
     }
-    let mut out = Output::prepare(output)?;
+    let mut out = Output::prepare(output, clock)?;
+    out.enter("scene");
     let progress = bar(2 * EXPRESSIONS.len() + 2, "demo");
     progress.set_message("making the face");
-    let source = out.phase("face", || builtin(args.tets))?;
+    let source = builtin(args.tets)?;
     let scene = &source.scene;
-    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    out.enter("assembly");
+    let mut rig = scene.rig(RigParams::default())?;
     progress.inc(1);
     let (muscles, jaw) = (scene.muscles.len(), scene.jointed_jaw());
     let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
@@ -90,19 +92,21 @@ pub fn run(args: &DemoArgs, output: &OutputArgs) -> Result<(), Failure> {
     for (name, settings, degrees) in EXPRESSIONS {
         let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;
         truth.extend([degrees.to_radians(), 0.0, 0.0, 0.0]);
+        out.enter(&format!("pose {name}"));
         rig.start_from(rest.clone())?;
-        let posed = demo.pose(name, &mut rig, &truth, &mut out)?;
+        let posed = demo.pose(name, &mut rig, &truth)?;
+        out.enter(&format!("fit {name}"));
         rig.start_from(rest.clone())?;
         let fit = demo.find(name, &mut rig, &posed, &mut out)?;
         done.push(Done { fit, posed, truth });
     }
     if out.pictures != Pictures::None {
         progress.set_message("drawing");
-        let begin = Instant::now();
+        out.enter("pictures");
         draw(&mut out, &source, &map, &landmarks, &done)?;
-        out.took("pictures", begin);
     }
     progress.finish_and_clear();
+    out.enter("report");
     let settings = json!({ "tets": args.tets, "tets_made": scene.mesh.num_elements(),
         "relax_mm2": 1e6 * params.activation_weight, "max_iterations": params.max_iterations,
         "stop_mm": 1e3 * params.rms_change });
@@ -156,18 +160,10 @@ struct Demo<'a> {
 
 impl Demo<'_> {
     /// Where the flesh is for these numbers.
-    fn pose(
-        &self,
-        name: &str,
-        rig: &mut Rig,
-        truth: &[f64],
-        out: &mut Output,
-    ) -> Result<Vec<[f64; 3]>, Failure> {
+    fn pose(&self, name: &str, rig: &mut Rig, truth: &[f64]) -> Result<Vec<[f64; 3]>, Failure> {
         self.progress.set_message(format!("posing: {name}"));
         let parameters = self.map.parameters(truth);
-        let posed = out.phase(&format!("pose {name}"), || {
-            rig.solve(&parameters).map(|s| s.positions())
-        })?;
+        let posed = rig.solve(&parameters)?.positions();
         self.progress.inc(1);
         Ok(posed)
     }
@@ -199,18 +195,17 @@ impl Demo<'_> {
                 i.iteration, i.rms_mm
             ));
         };
-        let fit = out.phase(&format!("fit {name}"), || {
-            fit_expression(
-                self.scene,
-                rig,
-                &target,
-                Observed::Landmarks,
-                self.map,
-                self.params,
-                &self.map.rest(),
-                &mut observer,
-            )
-        })?;
+        let fit = fit_expression(
+            self.scene,
+            rig,
+            &target,
+            Observed::Landmarks,
+            self.map,
+            self.params,
+            &self.map.rest(),
+            &mut observer,
+        )?;
+        out.enter("files");
         let parameters = self.map.parameters(&fit.q);
         out.write_shape(name, self.scene, rig, &parameters, &fit.positions)?;
         self.progress.inc(1);

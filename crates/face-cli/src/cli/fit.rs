@@ -1,6 +1,7 @@
 //! `face-rig fit`.
 
 use super::args::{FitArgs, Head, Jaw, Method, OutputArgs, Pictures, Points};
+use super::clock::Clock;
 use super::draw::convergence;
 use super::error::Failure;
 use super::gallery::{Finished, Gallery};
@@ -15,22 +16,22 @@ use fem_solvers::{Loss, StepMethod};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::time::Instant;
 
-pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
+pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), Failure> {
+    clock.enter("scene");
     let mut source = open(&args.scene, args.align && args.targets.is_none())?;
     if let Some(file) = &args.targets {
         source.scene.read_targets(file, args.align)?;
     }
     let scene = &source.scene;
     let targets = chosen(scene, &args.target)?;
-    let mut out = Output::prepare(output)?;
-    let mut rig = out.phase("assembly", || scene.rig(RigParams::for_fits()))?;
+    let mut out = Output::prepare(output, clock)?;
+    out.enter("assembly");
+    let mut rig = scene.rig(RigParams::for_fits())?;
     let map = parametrization(scene, args);
     let params = params(scene, args);
-    let begin = Instant::now();
+    out.enter("rest picture");
     let gallery = Gallery::new(&source, &out, targets.len())?;
-    out.took("rest picture", begin);
     let all = Fitting {
         scene,
         args,
@@ -39,13 +40,13 @@ pub fn run(args: &FitArgs, output: &OutputArgs) -> Result<(), Failure> {
         gallery: &gallery,
     };
     let (fits, impossible) = all.run(&mut rig, &targets, &mut out)?;
-    let rest = Instant::now();
+    out.enter("sheet");
     gallery.finish(&mut out)?;
     if out.pictures != Pictures::None {
         let histories = fits.iter().map(|f| (f.name.as_str(), f.history.as_slice()));
         convergence(&out.path("convergence.svg"), histories)?;
     }
-    out.took("sheet", rest);
+    out.enter("report");
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
     let report = out.report("fit", settings(args, &params), results)?;
@@ -169,8 +170,7 @@ impl Fitting<'_> {
         let rest = rig.solved().clone();
         let mut start = self.map.rest();
         let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
-        let begin = Instant::now();
-        let mut fitted = begin;
+        out.enter("fit");
         rayon::in_place_scope(|scope| {
             for (place, &target) in targets.iter().enumerate() {
                 if self.gallery.failed() {
@@ -202,12 +202,10 @@ impl Fitting<'_> {
                     }
                 }
             }
-            out.took("fit", begin);
-            fitted = Instant::now();
+            out.enter("files and pictures");
             progress.set_message("files and pictures");
             Ok(())
         })?;
-        out.took("files and pictures", fitted);
         progress.finish_and_clear();
         Ok((fits, impossible))
     }

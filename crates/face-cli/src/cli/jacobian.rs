@@ -1,6 +1,7 @@
 //! `face-rig jacobian`.
 
 use super::args::{JacobianArgs, OutputArgs};
+use super::clock::Clock;
 use super::error::Failure;
 use super::output::{Output, say};
 use super::progress::spinner;
@@ -10,7 +11,8 @@ use face_rig::rig::{Direction, JacobianRoute, Observation, RigParams};
 use serde_json::json;
 use std::fmt::Write;
 
-pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
+pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), Failure> {
+    clock.enter("scene");
     let source = open(&args.scene, false)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
@@ -19,21 +21,23 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
             scene: scene.name.clone(),
         });
     }
-    let mut out = Output::prepare(output)?;
-    let mut rig = out.phase("assembly", || scene.rig(RigParams::default()))?;
+    let mut out = Output::prepare(output, clock)?;
+    out.enter("assembly");
+    let mut rig = scene.rig(RigParams::default())?;
     let bar = spinner("equilibrium and derivative");
-    out.phase("equilibrium", || rig.solve(&parameters).map(|_| ()))?;
+    out.enter("equilibrium");
+    rig.solve(&parameters)?;
+    out.enter("jacobian");
     let controls = (0..scene.influences.len()).map(Direction::Control);
     let mut directions = Direction::all(scene.muscles.len());
     directions.extend(controls);
     let points = scene.landmark_points(0..scene.landmarks.len());
-    let (columns, route) = out.phase("jacobian", || {
-        rig.sensitivity().map(|s| {
-            let route = s.cheaper_route(&points, &directions);
-            (s.jacobian(&points, &directions, route), route)
-        })
+    let (columns, route) = rig.sensitivity().map(|s| {
+        let route = s.cheaper_route(&points, &directions);
+        (s.jacobian(&points, &directions, route), route)
     })?;
     bar.finish_and_clear();
+    out.enter("files");
     let mut names = names(scene.muscles.iter().map(|m| m.name.as_str()));
     names.extend(scene.influences.iter().map(|i| i.name.clone()));
     let path = out.path("jacobian.csv");
@@ -51,6 +55,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs) -> Result<(), Failure> {
         text.push('\n');
     }
     write_atomically(&path, text.as_bytes())?;
+    out.enter("report");
     let route = match route {
         JacobianRoute::Columns => "columns",
         JacobianRoute::Adjoint => "adjoint",

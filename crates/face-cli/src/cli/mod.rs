@@ -2,6 +2,7 @@
 
 mod args;
 mod check;
+mod clock;
 mod demo;
 mod draw;
 mod error;
@@ -18,17 +19,19 @@ mod source;
 
 use args::{Args, Command};
 use clap::Parser;
+use clock::Clock;
 
 use std::process::ExitCode;
 
 /// Parses, runs, reports; see [`error::Failure`] for the exit codes.
 pub fn run() -> ExitCode {
+    let clock = Clock::start();
     let args = Args::parse();
     let outcome = args.in_pool(|| match &args.command {
-        Command::Demo(demo) => demo::run(demo, &args.output),
-        Command::Simulate(simulate) => simulate::run(simulate, &args.output),
-        Command::Fit(fit) => fit::run(fit, &args.output),
-        Command::Jacobian(jacobian) => jacobian::run(jacobian, &args.output),
+        Command::Demo(demo) => demo::run(demo, &args.output, clock),
+        Command::Simulate(simulate) => simulate::run(simulate, &args.output, clock),
+        Command::Fit(fit) => fit::run(fit, &args.output, clock),
+        Command::Jacobian(jacobian) => jacobian::run(jacobian, &args.output, clock),
         Command::Check(check) => check::run(check, &args.output),
     });
     match outcome {

@@ -1,6 +1,7 @@
 //! The folder of results: refused when it holds files, each file written whole or not at all.
 
 use super::args::{Format, OutputArgs, Pictures};
+use super::clock::Clock;
 use super::error::Failure;
 use super::shape_files::{self, Fields};
 use face_pictures::export::write_atomically;
@@ -10,7 +11,6 @@ use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// Locked while a run writes to the folder. The system takes the lock away from a run that was killed.
 const LOCK: &str = ".face-rig.lock";
@@ -19,8 +19,7 @@ const LOCK: &str = ".face-rig.lock";
 pub struct Output {
     folder: PathBuf,
     _lock: Lock,
-    begin: Instant,
-    phases: Vec<(String, f64)>,
+    clock: Clock,
     files: Vec<String>,
     pub formats: Vec<Format>,
     pub pictures: Pictures,
@@ -28,7 +27,7 @@ pub struct Output {
 
 impl Output {
     /// Checks before any work is done that the results will have a place.
-    pub fn prepare(args: &OutputArgs) -> Result<Self, Failure> {
+    pub fn prepare(args: &OutputArgs, clock: Clock) -> Result<Self, Failure> {
         let folder = args.out.clone();
         let cannot = |source| Failure::Output {
             path: folder.clone(),
@@ -45,29 +44,16 @@ impl Output {
         Ok(Self {
             folder,
             _lock: lock,
-            begin: Instant::now(),
-            phases: Vec::new(),
+            clock,
             files: Vec::new(),
             formats: args.write.clone(),
             pictures: args.pictures,
         })
     }
 
-    /// Runs one phase of the work and remembers how long it took.
-    pub fn phase<R>(&mut self, name: &str, work: impl FnOnce() -> R) -> R {
-        let begin = Instant::now();
-        let result = work();
-        self.took(name, begin);
-        result
-    }
-
-    /// Counts the time since `begin` to a phase.
-    pub fn took(&mut self, name: &str, begin: Instant) {
-        let seconds = begin.elapsed().as_secs_f64();
-        match self.phases.iter_mut().find(|(known, _)| known == name) {
-            Some((_, sum)) => *sum += seconds,
-            None => self.phases.push((name.into(), seconds)),
-        }
+    /// From now on time counts to this phase of the report.
+    pub fn enter(&mut self, phase: &str) {
+        self.clock.enter(phase);
     }
 
     /// The path of a file in the folder, remembered for the report.
@@ -80,7 +66,8 @@ impl Output {
         &self.folder
     }
 
-    /// Writes `report.json` with what every report has: program, settings, times, files.
+    /// Writes `report.json` with what every report has: program, settings, times, files. What comes
+    /// after it, this file and what the user is told, is in no phase.
     pub fn report(
         &mut self,
         command: &str,
@@ -88,14 +75,10 @@ impl Output {
         results: Value,
     ) -> Result<Value, Failure> {
         let path = self.path("report.json");
-        let seconds = self.begin.elapsed().as_secs_f64();
-        let named: f64 = self.phases.iter().map(|p| p.1).sum();
-        let phases: serde_json::Map<String, Value> = self
-            .phases
-            .iter()
-            .map(|(name, s)| (name.clone(), json!(s)))
-            .chain([("other".to_owned(), json!(seconds - named))])
-            .collect();
+        let phases = self.clock.seconds();
+        let seconds: f64 = phases.iter().map(|p| p.1).sum();
+        let phases = phases.into_iter().map(|(name, s)| (name.into(), json!(s)));
+        let phases: serde_json::Map<String, Value> = phases.collect();
         let report = json!({
             "program": "face-rig",
             "version": env!("CARGO_PKG_VERSION"),

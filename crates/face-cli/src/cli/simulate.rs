@@ -1,6 +1,7 @@
 //! `face-rig simulate`.
 
 use super::args::{Format, Multigrid, OutputArgs, Pictures, SimulateArgs};
+use super::clock::Clock;
 use super::draw::{Shape, pose as draw_pose};
 use super::error::{Failure, Squashed, Unsolved};
 use super::output::{Output, say};
@@ -13,9 +14,9 @@ use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
-pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
+pub fn run(args: &SimulateArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), Failure> {
+    clock.enter("scene");
     let source = open(&args.scene, false)?;
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
@@ -27,30 +28,31 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs) -> Result<(), Failure> {
         },
         ..RigParams::default()
     };
-    let mut out = Output::prepare(output)?;
-    let rig = out.phase("assembly", || scene.rig(params))?;
+    let mut out = Output::prepare(output, clock)?;
+    out.enter("assembly");
+    let rig = scene.rig(params)?;
     let bar = spinner("looking for the equilibrium");
     let mut rig = rig.watched_by(told_by(&bar));
-    let solved = out.phase("equilibrium", || rig.solve(&parameters).cloned());
+    out.enter("equilibrium");
+    let solved = rig.solve(&parameters).cloned();
     bar.finish_and_clear();
     let positions = match solved {
         Ok(solved) => solved.positions(),
         Err(error) => return Err(unsolved(&mut out, scene, &rig, error)),
     };
     let bar = spinner("writing shapes and pictures");
-    let begin = Instant::now();
+    out.enter("files");
     out.write_shape("pose", scene, &rig, &parameters, &positions)?;
-    out.took("files", begin);
     if out.pictures != Pictures::None {
+        out.enter("pictures");
         let picture = out.path("pose.png");
         let rest = Shape::new(&source, scene.mesh.nodes(), &AffineMap::IDENTITY);
         let posed = Shape::new(&source, &positions, &parameters.jaw);
-        out.phase("pictures", || {
-            draw_pose(&picture, &scene.name, &rest, &posed)
-        })?;
+        draw_pose(&picture, &scene.name, &rest, &posed)?;
     }
     bar.finish_and_clear();
 
+    out.enter("report");
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
         "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
     let found = Found::of(scene, &rig, &parameters, &positions)?;

@@ -1,13 +1,18 @@
 //! What a fit pays for.
 
-use super::derivatives::{MUSCLES, rig, rig_with};
+use super::derivatives::{MUSCLES, rig, rig_pulled_by, rig_with};
 use face_rig::anatomy::{EmbeddedPoint, JawHinge};
 use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Parametrization};
-use face_rig::rig::{AllNodes, EmbeddedPoints, Observation, Parameters, RigParams, Work};
+use face_rig::rig::{AllNodes, EmbeddedPoints, Observation, Parameters, Rig, RigParams, Work};
+use fem_assembly::Passes;
+use fem_materials::curves::PhysBam;
 
-/// A fit of one muscle and the jaw's opening to some points, and what it took.
+/// A fit of some muscles and the jaw's opening to some points, and what it took.
 fn fitted_by(observation: &dyn Observation, active: Vec<usize>) -> (usize, Work) {
-    let mut rig = rig();
+    fitted_with(rig(), observation, active)
+}
+
+fn fitted_with(mut rig: Rig, observation: &dyn Observation, active: Vec<usize>) -> (usize, Work) {
     let hinge = JawHinge::sideways([0.02, 0.0, 0.05]);
     let map = Parametrization {
         muscles: MUSCLES,
@@ -59,6 +64,44 @@ fn a_fit_solves_for_what_varies_or_for_what_is_seen_whichever_is_less() {
         (0, 0)
     );
     assert!(work.evaluations.elements.gradients > 0 && work.factorizations > 0);
+}
+
+/// Each muscle has 32 of the 96 tetrahedra.
+#[test]
+fn a_muscle_without_a_parameter_in_the_fit_has_no_column_and_without_passive_tension_no_work() {
+    let all = AllNodes { nodes: 45 };
+    let pulled_by = |p1: f64| {
+        let curve = PhysBam {
+            P1: p1,
+            ..PhysBam::default()
+        };
+        rig_pulled_by(curve, RigParams::default(), 1.0, 1.0)
+    };
+    let of = |p1, active| fitted_with(pulled_by(p1), &all, active).1.evaluations;
+    // A path and a derivative for each change of the one muscle, whatever the others' fibers resist.
+    for p1 in [0.05, 0.0] {
+        let (one, three) = (of(p1, vec![1]).fibers, of(p1, vec![0, 1, 2]).fibers);
+        assert!(one.by_control > 0 && one.by_control.is_multiple_of(32));
+        assert!(2 * one.by_control < three.by_control, "{one:?} {three:?}");
+    }
+    // With passive tension relaxed fibers resist and are evaluated; without, the active ones alone.
+    let shares = |p1, active| {
+        let done = of(p1, active);
+        let Passes {
+            energies,
+            gradients,
+            hessians,
+            products,
+            ..
+        } = done.fibers;
+        let elements = done.elements;
+        let all = elements.energies + elements.gradients + elements.hessians + elements.products;
+        (energies + gradients + hessians + products, all)
+    };
+    let (fibers, elements) = shares(0.05, vec![1]);
+    assert_eq!(fibers, elements);
+    let (fibers, elements) = shares(0.0, vec![1]);
+    assert!(fibers > 0 && 3 * fibers <= elements, "{fibers} {elements}");
 }
 
 #[test]

@@ -44,6 +44,11 @@ pub(super) fn rig_with(params: RigParams) -> Rig {
 
 /// Lengths in another unit, and every stiffness and strength times `factor`.
 fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
+    rig_pulled_by(PhysBam::default(), params, unit, factor)
+}
+
+/// The same with another tension curve.
+pub(super) fn rig_pulled_by(curve: PhysBam, params: RigParams, unit: f64, factor: f64) -> Rig {
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08].map(|l| l * unit)).unwrap();
     let rest = mesh.nodes().to_vec();
     let at = |z: f64| {
@@ -63,7 +68,7 @@ fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
         })
         .collect();
     let law = FiberLaw {
-        curve: PhysBam::default(),
+        curve,
         stretch: Stretch::Total,
     };
     let assembly = AssemblyBuilder::new(

@@ -163,6 +163,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     fn cost(&self) -> StencilCost {
         self.term.cost()
     }
+    fn idle_without(&self, stencil: usize) -> Option<usize> {
+        self.term.idle_without(stencil)
+    }
     fn element(&self, stencil: usize) -> Option<usize> {
         self.term.element(stencil)
     }

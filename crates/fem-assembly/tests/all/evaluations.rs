@@ -6,11 +6,11 @@ use fem_assembly::{
     FleshContactParams, GradientSink, HessianSink, Passes, Quasistatic, Stencils, Term,
     solve_renewing,
 };
-use fem_kinematics::HessianProjection;
-use fem_materials::curves::PhysBam;
+use fem_kinematics::{HessianProjection, Real};
+use fem_materials::curves::{CurvePoint, PhysBam, Tendon, TensionCurve};
 use fem_materials::isotropic::ByStretches;
-use fem_materials::{CorotatedLinear, FiberLaw, Material, NeoHookean};
-use fem_solvers::{Newton, NewtonParams};
+use fem_materials::{CorotatedLinear, FiberLaw, Material, NeoHookean, Stretch};
+use fem_solvers::{BlockSymmetric, Newton, NewtonParams};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -90,6 +90,7 @@ fn each_felt_element_counts_once_in_each_pass_and_no_other() {
         gradients: bar.felt,
         hessians: 0,
         products: bar.felt,
+        by_control: 0,
     };
     assert_eq!(body.evaluations().elements, felt);
     let before = body.evaluations();
@@ -129,6 +130,7 @@ fn a_model_of_the_stretches_decomposes_once_for_each_evaluation() {
         gradients,
         hessians,
         products,
+        ..
     } = done.elements;
     assert_eq!(
         done.decompositions,
@@ -151,29 +153,129 @@ fn squashed_flesh_is_filtered_and_stretched_flesh_is_not() {
     assert!(filtered(0.3) > 0);
 }
 
-#[test]
-fn fibers_are_evaluated_where_there_are_some() {
-    let bar = bar(1.1);
-    let fiber = |element| Fiber {
+/// Fibers along the bar, each of the muscle that is said.
+fn pulled<C>(bar: &Bar, curve: C, fibers: &[(usize, usize)]) -> Assembly<3>
+where
+    C: TensionCurve + Clone + 'static,
+{
+    let fiber = |&(element, control): &(usize, usize)| Fiber {
         element,
-        control: 0,
+        control,
         direction: [1.0, 0.0, 0.0],
         max_isometric_stress: 1e5,
         optimal_stretch: 1.0,
     };
-    // Two that only prescribed nodes feel, and three at the other end.
-    let last = bar.mesh.connectivity().len() / 4 - 1;
-    let fibers = [0, 1, last - 2, last - 1, last].map(fiber);
-    let felt_by_some = 3;
+    let fibers: Vec<Fiber> = fibers.iter().map(fiber).collect();
+    let law = FiberLaw {
+        curve,
+        stretch: Stretch::Total,
+    };
     let builder = bar.builder().material(FLESH).unwrap();
-    let builder = builder.fibers(FiberLaw::<PhysBam>::default(), 1, &fibers);
-    let body = builder.unwrap().build().unwrap();
-    let at = body.configuration(&bar.moved, &[0.5]).unwrap();
-    let before = body.evaluations();
-    body.gradient(at, &mut vec![0.0; body.dofs().vector_len()]);
-    let done = body.evaluations() - before;
-    assert_eq!(done.elements.gradients, bar.felt);
-    assert_eq!(done.fibers.gradients, felt_by_some);
+    builder.fibers(law, 2, &fibers).unwrap().build().unwrap()
+}
+
+/// Two in elements that only prescribed nodes feel, one of each muscle, and three at the other end, of
+/// which one is of the first muscle.
+fn some(bar: &Bar) -> [(usize, usize); 5] {
+    let last = bar.mesh.connectivity().len() / 4 - 1;
+    [(0, 0), (1, 1), (last - 2, 0), (last - 1, 1), (last, 1)]
+}
+
+#[test]
+fn fibers_are_evaluated_where_there_are_some() {
+    let bar = bar(1.1);
+    let body = pulled(&bar, PhysBam::default(), &some(&bar));
+    let gradients = |controls: [f64; 2]| {
+        let at = body.configuration(&bar.moved, &controls).unwrap();
+        let before = body.evaluations();
+        body.gradient(at, &mut vec![0.0; body.dofs().vector_len()]);
+        let done = body.evaluations() - before;
+        assert_eq!(done.elements.gradients, bar.felt);
+        done.fibers.gradients
+    };
+    assert_eq!(gradients([0.5, 0.0]), 3);
+    // Relaxed ones have a passive tension.
+    assert_eq!(gradients([0.0; 2]), 3);
+}
+
+#[test]
+fn a_relaxed_fiber_without_passive_tension_is_not_evaluated_and_nothing_changes() {
+    let bar = bar(1.1);
+    let none = PhysBam {
+        P1: 0.0,
+        ..PhysBam::default()
+    };
+    let body = pulled(&bar, none, &some(&bar));
+    // The same curve, of which nobody knows that it has no passive tension.
+    let unknown = pulled(&bar, Unknown(none), &some(&bar));
+    let all = |body: &Assembly<3>, controls: [f64; 2]| {
+        let at = body.configuration(&bar.moved, &controls).unwrap();
+        let mut gradient = vec![0.0; body.dofs().vector_len()];
+        let mut product = gradient.clone();
+        let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
+        let before = body.evaluations();
+        let energy = (body.energy(at), body.gradient(at, &mut gradient));
+        body.hessian_vector(at, &bar.moved, &mut product);
+        body.hessian(at, HessianProjection::Clamp, &mut hessian);
+        let filtered = hessian.values().to_vec();
+        body.hessian(at, HessianProjection::None, &mut hessian);
+        let forces = body.forces_everywhere(at);
+        let sums = (gradient, product, hessian.values().to_vec(), filtered);
+        let done = body.evaluations() - before;
+        (done.fibers, energy, sums, forces)
+    };
+    // Felt by free nodes, and all.
+    for (controls, felt, every) in [([0.0; 2], 0, 0), ([0.5, 0.0], 1, 2), ([0.5, 1.0], 3, 5)] {
+        let (counted, energy, sums, forces) = all(&body, controls);
+        let expected = Passes {
+            energies: every,
+            gradients: felt + every,
+            hessians: 2 * felt,
+            products: felt,
+            by_control: 0,
+        };
+        assert_eq!(counted, expected, "{controls:?}");
+        let (evaluated, its_energy, its_sums, its_forces) = all(&unknown, controls);
+        assert_eq!((evaluated.energies, evaluated.products), (5, 3));
+        assert_eq!((energy, sums), (its_energy, its_sums));
+        assert_eq!(forces, its_forces);
+    }
+}
+
+#[derive(Clone)]
+struct Unknown(PhysBam);
+
+impl TensionCurve for Unknown {
+    fn active<T: Real>(&self, l: T) -> CurvePoint<T> {
+        self.0.active(l)
+    }
+    fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
+        self.0.passive(l)
+    }
+}
+
+#[test]
+fn a_force_by_a_control_takes_the_stencils_that_listen_to_it() {
+    let bar = bar(1.1);
+    let counted = |body: &Assembly<3>, controls: &[f64], control| {
+        let at = body.configuration(&bar.moved, controls).unwrap();
+        let before = body.evaluations();
+        body.control_gradient(at, control, &mut vec![0.0; body.dofs().vector_len()]);
+        let done = body.evaluations() - before;
+        (done.fibers.by_control, done.elements.by_control)
+    };
+    let body = pulled(&bar, PhysBam::default(), &some(&bar));
+    assert_eq!(counted(&body, &[0.0; 2], 0), (1, 0));
+    assert_eq!(counted(&body, &[0.0; 2], 1), (2, 0));
+    // Nothing in a ligament listens, also to the control that it names.
+    let ligament = pulled(&bar, Tendon { toe: 0.03 }, &some(&bar));
+    assert_eq!(counted(&ligament, &[0.0; 2], 0), (0, 0));
+    // All of what a control scales.
+    let scaled = bar
+        .builder()
+        .changed_by(0, |builder| builder.material(FLESH));
+    let scaled = scaled.unwrap().build().unwrap();
+    assert_eq!(counted(&scaled, &[0.0], 0), (0, bar.felt));
 }
 
 /// Two cubes of 1 m, the upper one above a gap, and where they are when its top has come down by 0.1.

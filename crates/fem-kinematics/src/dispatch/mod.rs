@@ -14,8 +14,8 @@ mod registers;
 pub(crate) use bits::Bits;
 pub use quad::{Quad, QuadKernel, QuadScalar, dispatch_quads};
 
-use crate::lanes::F64x8;
 use crate::scalar::Real;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A computation to be compiled once for each instruction set.
 ///
@@ -52,31 +52,41 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
-/// Eight `f64` in the registers of the instruction set that [`dispatch_packed`] chose.
+/// Some of eight `f64` that lie side by side in memory: all of them in the registers of the instruction
+/// set that [`dispatch_packed`] chose, or one, where it chose none.
 pub trait Pack: Real {
-    /// From memory.
-    fn from_lanes(lanes: F64x8) -> Self;
-    /// To memory.
-    fn to_lanes(self) -> F64x8;
+    /// How many: eight or one.
+    const WIDTH: usize;
+    /// Those of the eight that begin with `first`, a multiple of [`Pack::WIDTH`].
+    ///
+    /// # Panics
+    /// When it is 8 or more.
+    fn load(eight: &[f64; 8], first: usize) -> Self;
+    /// Back to their places.
+    ///
+    /// # Panics
+    /// As [`Pack::load`].
+    fn store(self, eight: &mut [f64; 8], first: usize);
 }
 
-impl Pack for F64x8 {
+impl Pack for f64 {
+    const WIDTH: usize = 1;
     #[inline(always)]
-    fn from_lanes(lanes: F64x8) -> Self {
-        lanes
+    fn load(eight: &[f64; 8], first: usize) -> Self {
+        eight[first]
     }
     #[inline(always)]
-    fn to_lanes(self) -> F64x8 {
-        self
+    fn store(self, eight: &mut [f64; 8], first: usize) {
+        eight[first] = self;
     }
 }
 
 /// A computation on eight elements side by side, to be compiled once for each instruction set.
 ///
-/// Where a [`Kernel`] that works on [`F64x8`] hopes that the compiler finds the vector
-/// instructions (it gives up on long kernels), this one is made of them. Load with
-/// [`Pack::from_lanes`], compute with `V` as the [`Real`], store with [`Pack::to_lanes`]. Mark
-/// `run` and what it calls `#[inline(always)]`.
+/// Where a [`Kernel`] that works on [`F64x8`](crate::F64x8) hopes that the compiler finds the vector
+/// instructions (it gives up on long kernels), this one is made of them. For each `part` of
+/// `0..8 / V::WIDTH` load with [`Pack::load`] from `part * V::WIDTH` on, compute with `V` as the
+/// [`Real`], store with [`Pack::store`]. Mark `run` and what it calls `#[inline(always)]`.
 ///
 /// ```
 /// use fem_kinematics::{F64x8, Lanes, Pack, PackedKernel, dispatch_packed};
@@ -86,7 +96,10 @@ impl Pack for F64x8 {
 ///     #[inline(always)]
 ///     fn run<V: Pack>(self) {
 ///         for x in self.0 {
-///             *x = V::from_lanes(*x).ln().to_lanes();
+///             for part in 0..8 / V::WIDTH {
+///                 let first = part * V::WIDTH;
+///                 V::load(&x.0, first).ln().store(&mut x.0, first);
+///             }
 ///         }
 ///     }
 /// }
@@ -101,13 +114,21 @@ pub trait PackedKernel {
     fn run<V: Pack>(self) -> Self::Output;
 }
 
-/// Runs `kernel` in the widest registers that this processor has; the bits are the same in all.
+/// Runs `kernel` in the widest registers that this processor has, or number by number where it has
+/// neither AVX-512 nor AVX2; the bits are the same.
 #[inline]
 pub fn dispatch_packed<K: PackedKernel>(kernel: K) -> K::Output {
-    // Debug builds compile one register type instead of three; the bits are the same.
+    // Debug builds compile one way instead of three, twice as fast there as number by number.
     #[cfg(all(target_arch = "x86_64", debug_assertions))]
     return kernel.run::<registers::Sse2>();
-    #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
+    #[cfg(not(all(target_arch = "x86_64", debug_assertions)))]
+    dispatch_registers(kernel)
+}
+
+/// [`dispatch_packed`] as release builds have it, in every build: for tests that compare its ways.
+#[inline]
+pub fn dispatch_registers<K: PackedKernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
         fn with_avx512<K: PackedKernel>(kernel: K) -> K::Output {
@@ -119,14 +140,13 @@ pub fn dispatch_packed<K: PackedKernel>(kernel: K) -> K::Output {
         }
         match widest() {
             // SAFETY: the features that the function was compiled for were just detected.
-            InstructionSet::Avx512 => unsafe { with_avx512(kernel) },
+            InstructionSet::Avx512 => return unsafe { with_avx512(kernel) },
             // SAFETY: likewise.
-            InstructionSet::Avx2 => unsafe { with_avx2(kernel) },
-            InstructionSet::Baseline => kernel.run::<registers::Sse2>(),
+            InstructionSet::Avx2 => return unsafe { with_avx2(kernel) },
+            InstructionSet::Baseline => {}
         }
     }
-    #[cfg(not(target_arch = "x86_64"))]
-    kernel.run::<F64x8>()
+    kernel.run::<f64>()
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -137,10 +157,22 @@ enum InstructionSet {
     Baseline,
 }
 
+/// Is nothing wider wanted than what every processor has?
+static PORTABLE: AtomicBool = AtomicBool::new(false);
+
+/// From now on this process uses no instructions that it would have to look for (true), or again the
+/// widest that are there: what other processors do, to be tested and timed on this one. Quadruples of
+/// x86-64 stay in the registers that belong to each of them.
+pub fn portable_only(yes: bool) {
+    PORTABLE.store(yes, Ordering::Relaxed);
+}
+
 #[cfg(target_arch = "x86_64")]
 #[inline]
 fn widest() -> InstructionSet {
-    if std::arch::is_x86_feature_detected!("avx512f")
+    if PORTABLE.load(Ordering::Relaxed) {
+        InstructionSet::Baseline
+    } else if std::arch::is_x86_feature_detected!("avx512f")
         && std::arch::is_x86_feature_detected!("avx512dq")
         && std::arch::is_x86_feature_detected!("avx512vl")
         && std::arch::is_x86_feature_detected!("avx512bw")

@@ -10,7 +10,6 @@
 
 use super::Pack;
 use super::bits::Bits;
-use crate::lanes::{F64x8, Lanes};
 use crate::math;
 use crate::scalar::Real;
 use core::arch::x86_64::*;
@@ -51,7 +50,9 @@ macro_rules! pack {
 
         impl Debug for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                self.to_lanes().fmt(f)
+                let mut eight = [0.0; 8];
+                self.store(&mut eight, 0);
+                eight.fmt(f)
             }
         }
         impl Default for $name {
@@ -136,17 +137,18 @@ macro_rules! pack {
             }
         }
         impl Pack for $name {
+            const WIDTH: usize = 8;
             #[inline(always)]
-            fn from_lanes(lanes: F64x8) -> Self {
+            fn load(eight: &[f64; 8], first: usize) -> Self {
+                debug_assert_eq!(first, 0);
                 // SAFETY: see the module; each load reads numbers of the array.
-                Self(unsafe { [$($load(lanes.0.as_ptr().add($i * $width))),*] })
+                Self(unsafe { [$($load(eight.as_ptr().add($i * $width))),*] })
             }
             #[inline(always)]
-            fn to_lanes(self) -> F64x8 {
-                let mut lanes = Lanes([0.0; 8]);
+            fn store(self, eight: &mut [f64; 8], first: usize) {
+                debug_assert_eq!(first, 0);
                 // SAFETY: see the module; each store writes numbers of the array.
-                unsafe { $($store(lanes.0.as_mut_ptr().add($i * $width), self.0[$i]);)* }
-                lanes
+                unsafe { $($store(eight.as_mut_ptr().add($i * $width), self.0[$i]);)* }
             }
         }
         impl Real for $name {
@@ -402,6 +404,7 @@ pack! {
 }
 
 /// The operations of four SSE2 registers that have no intrinsic of the right shape.
+#[cfg(any(test, debug_assertions))]
 mod sse2 {
     use core::arch::x86_64::*;
 
@@ -467,8 +470,9 @@ mod sse2 {
     }
 }
 
+#[cfg(any(test, debug_assertions))]
 pack! {
-    /// Four SSE2 registers.
+    /// Four SSE2 registers, for debug builds.
     Sse2, Sse2Mask, __m128d, __m128d, [0 1 2 3], 2,
     set: _mm_set1_pd, load: _mm_loadu_pd, store: _mm_storeu_pd,
     add: _mm_add_pd, sub: _mm_sub_pd, mul: _mm_mul_pd, div: _mm_div_pd, sqrt: _mm_sqrt_pd,

@@ -2,9 +2,13 @@
 
 use super::quad::{Plain, x86};
 use super::registers::{Avx2, Avx512, Sse2};
-use super::{InstructionSet, Pack, PackedKernel, Quad, QuadKernel, QuadScalar, widest};
+use super::{
+    InstructionSet, Pack, PackedKernel, Quad, QuadKernel, QuadScalar, dispatch_registers,
+    portable_only, widest,
+};
 use crate::lanes::{F64x8, Lanes};
 use crate::mat::Mat;
+use crate::scalar::Real;
 use crate::svd::signed_svd;
 
 struct Sample(F64x8, F64x8);
@@ -13,25 +17,46 @@ impl PackedKernel for Sample {
     type Output = Vec<F64x8>;
     #[inline(always)]
     fn run<V: Pack>(self) -> Vec<F64x8> {
-        let (a, b) = (V::from_lanes(self.0), V::from_lanes(self.1));
-        let F = Mat::<V, 3>([[a, b, a * b], [b, a - b, a], [a + b, a / b, b]]);
-        let svd = signed_svd(&F);
-        let mask = (a.lt(b) | b.lt(V::zero())) & !a.le(V::one());
-        let mut out = vec![
-            a.ln(),
-            a.ln_1p(),
-            b.exp(),
-            b.exp_m1(),
-            a.sqrt(),
-            -b,
-            b.abs(),
-        ];
-        out.extend([a.powf(-2.0 / 3.0), a.powf(0.3), V::select(mask, a, b)]);
-        out.push(if V::any(mask) { a } else { b });
-        out.extend(svd.sigma);
-        out.extend(svd.U.0.into_iter().flatten());
-        out.into_iter().map(V::to_lanes).collect()
+        let mut results = vec![F64x8::default(); COUNT];
+        for part in 0..8 / V::WIDTH {
+            let first = part * V::WIDTH;
+            let (a, b) = (V::load(&self.0.0, first), V::load(&self.1.0, first));
+            for (result, value) in results.iter_mut().zip(sampled(a, b)) {
+                value.store(&mut result.0, first);
+            }
+        }
+        results
     }
+}
+
+/// How many results there are.
+const COUNT: usize = 32;
+
+#[inline(always)]
+fn sampled<V: Real>(a: V, b: V) -> [V; COUNT] {
+    let F = Mat::<V, 3>([[a, b, a * b], [b, a - b, a], [a + b, a / b, b]]);
+    let svd = signed_svd(&F);
+    let mask = (a.lt(b) | b.lt(V::zero())) & !a.le(V::one());
+    let mut out = [V::zero(); COUNT];
+    let numbers = [
+        a.ln(),
+        a.ln_1p(),
+        b.exp(),
+        b.exp_m1(),
+        a.sqrt(),
+        -b,
+        b.abs(),
+        a.powf(-2.0 / 3.0),
+        a.powf(0.3),
+        V::select(mask, a, b),
+        if V::any(a.lt(a)) { a } else { b },
+    ];
+    let of_matrix = svd.sigma.into_iter().chain(svd.U.0.into_iter().flatten());
+    let of_matrix = of_matrix.chain(svd.V.0.into_iter().flatten());
+    for (out, value) in out.iter_mut().zip(numbers.into_iter().chain(of_matrix)) {
+        *out = value;
+    }
+    out
 }
 
 fn same(a: &[F64x8], b: &[F64x8]) -> bool {
@@ -55,7 +80,11 @@ fn registers_agree() {
             Lanes([-0.5, 1.25, 1e-3, 700.0, -700.0, 1e-20, 0.3, -2.0]),
         )
     };
-    let expected = sample().run::<F64x8>();
+    // What runs where there are no such registers.
+    let expected = sample().run::<f64>();
+    assert!(expected.iter().all(|lanes| *lanes != F64x8::default()));
+    let Sample(a, b) = sample();
+    assert!(same(&sampled(a, b), &expected), "arrays of lanes");
     assert!(same(&sample().run::<Sse2>(), &expected));
     if widest() != InstructionSet::Baseline {
         // SAFETY: AVX2 was just detected (a processor with AVX-512 has it).
@@ -65,6 +94,30 @@ fn registers_agree() {
         // SAFETY: AVX-512 was just detected.
         assert!(same(&unsafe { avx512(sample()) }, &expected));
     }
+}
+
+/// How many numbers a pack holds.
+struct Width;
+
+impl PackedKernel for Width {
+    type Output = usize;
+    fn run<V: Pack>(self) -> usize {
+        V::WIDTH
+    }
+}
+
+#[test]
+fn what_is_portable_takes_one_number_at_a_time() {
+    let wide = match widest() {
+        InstructionSet::Baseline => 1,
+        _ => 8,
+    };
+    assert_eq!(dispatch_registers(Width), wide);
+    portable_only(true);
+    let (width, set) = (dispatch_registers(Width), widest());
+    portable_only(false);
+    assert_eq!((width, set), (1, InstructionSet::Baseline));
+    assert_eq!(dispatch_registers(Width), wide);
 }
 
 /// Each operation of quadruples, the sum chosen so that it vanishes when the product is rounded

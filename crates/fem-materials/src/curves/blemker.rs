@@ -51,4 +51,8 @@ impl TensionCurve for Blemker {
             slope: T::from_f64(self.P1 * self.P2) * (T::one() + e1),
         })
     }
+
+    fn has_passive(&self) -> bool {
+        self.P1 != 0.0
+    }
 }

@@ -50,6 +50,16 @@ pub trait TensionCurve: Send + Sync {
     fn active<T: Real>(&self, l: T) -> CurvePoint<T>;
     /// Passive tension f_p: 0 up to l = 1.
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T>;
+    /// May f_a be other than 0 at some l? Where it may not, an activation changes nothing and nobody
+    /// asks what it changes.
+    fn has_active(&self) -> bool {
+        true
+    }
+    /// May f_p be other than 0 at some l? Where it may not, a relaxed fiber is nothing and nobody
+    /// evaluates it.
+    fn has_passive(&self) -> bool {
+        true
+    }
 }
 
 impl<C: TensionCurve> TensionCurve for &C {
@@ -60,6 +70,12 @@ impl<C: TensionCurve> TensionCurve for &C {
     #[inline(always)]
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
         (**self).passive(l)
+    }
+    fn has_active(&self) -> bool {
+        (**self).has_active()
+    }
+    fn has_passive(&self) -> bool {
+        (**self).has_passive()
     }
 }
 
@@ -92,6 +108,12 @@ impl TensionCurve for BuiltinCurve {
         match self {
             Self::PhysBam(curve) => curve.passive(l),
             Self::Blemker(curve) => curve.passive(l),
+        }
+    }
+    fn has_passive(&self) -> bool {
+        match self {
+            Self::PhysBam(curve) => curve.has_passive(),
+            Self::Blemker(curve) => curve.has_passive(),
         }
     }
 }

@@ -52,4 +52,8 @@ impl TensionCurve for PhysBam {
             slope: T::from_f64(self.P1 * self.P2) * e1,
         })
     }
+
+    fn has_passive(&self) -> bool {
+        self.P1 != 0.0
+    }
 }

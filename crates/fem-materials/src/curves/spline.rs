@@ -133,6 +133,11 @@ impl Spline {
         Ok(Self { pieces })
     }
 
+    /// Is it 0 at every stretch?
+    pub fn is_zero(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.c == [0.0; 4])
+    }
+
     /// The curve at l.
     #[inline(always)]
     pub fn evaluate<T: Real>(&self, l: T) -> CurvePoint<T> {
@@ -303,5 +308,11 @@ impl TensionCurve for SplineCurve {
     #[inline(always)]
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
         self.passive.evaluate(l)
+    }
+    fn has_active(&self) -> bool {
+        !self.active.is_zero()
+    }
+    fn has_passive(&self) -> bool {
+        !self.passive.is_zero()
     }
 }

@@ -35,4 +35,8 @@ impl TensionCurve for Tendon {
             slope,
         }
     }
+
+    fn has_active(&self) -> bool {
+        false
+    }
 }

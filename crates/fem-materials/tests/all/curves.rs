@@ -2,7 +2,8 @@
 
 use fem_kinematics::{Dual, F64x8, Mat};
 use fem_materials::curves::{
-    Blemker, CurveError, CurvePoint, Ends, PhysBam, Spline, SplineCurve, Tendon, TensionCurve,
+    Blemker, BuiltinCurve, CurveError, CurvePoint, Ends, PhysBam, Spline, SplineCurve, Tendon,
+    TensionCurve,
 };
 use fem_materials::{FiberLaw, FiberTerm, Stretch};
 
@@ -54,7 +55,7 @@ fn slopes_and_integrals_belong_together() {
     consistent(&table());
     consistent(&Tendon { toe: 0.05 });
     // the dispatch at run time changes nothing
-    consistent(&fem_materials::curves::BuiltinCurve::default());
+    consistent(&BuiltinCurve::default());
 }
 
 /// The largest jump of the slope between neighbors a hair apart.
@@ -352,4 +353,31 @@ fn slopes_of_uneven_tables_are_those_of_the_formulas() {
         let found = curve.passive(l).slope;
         assert!((found - slope).abs() < 1e-12, "{l}: {found} {slope}");
     }
+}
+
+#[test]
+fn a_curve_knows_which_of_its_tensions_are_always_zero() {
+    let flat = |values: [f64; 3]| Spline::new(&[0.5, 1.0, 1.5], &values, Ends::Linear).unwrap();
+    let spline = |active, passive| SplineCurve {
+        active: flat(active),
+        passive: flat(passive),
+    };
+    let (zero, some) = ([0.0; 3], [0.0, 0.0, 0.3]);
+    /// What the curve says, and whether any stretch has a tension.
+    fn seen(curve: &impl TensionCurve) -> [(bool, bool); 2] {
+        let any =
+            |f: &dyn Fn(f64) -> CurvePoint<f64>| stretches().any(|l| f(l) != CurvePoint::default());
+        let active = (curve.has_active(), any(&|l| curve.active(l)));
+        [active, (curve.has_passive(), any(&|l| curve.passive(l)))]
+    }
+    let (yes, no) = ((true, true), (false, false));
+    let (physbam, blemker) = (PhysBam::default(), Blemker::default());
+    assert_eq!(seen(&physbam), [yes, yes]);
+    assert_eq!(seen(&blemker), [yes, yes]);
+    assert_eq!(seen(&&PhysBam { P1: 0.0, ..physbam }), [yes, no]);
+    let blemker = Blemker { P1: 0.0, ..blemker };
+    assert_eq!(seen(&BuiltinCurve::Blemker(blemker)), [yes, no]);
+    assert_eq!(seen(&Tendon { toe: 0.05 }), [no, yes]);
+    assert_eq!(seen(&spline(some, zero)), [yes, no]);
+    assert_eq!(seen(&spline(zero, some)), [no, yes]);
 }

@@ -84,6 +84,25 @@ fn a_bent_bar_comes_nearer_with_every_mesh_and_element() {
 }
 
 #[test]
+fn a_large_run_has_bars_by_multigrid_as_well() {
+    let settings = Settings {
+        large: true,
+        sizes: Some(vec![1, 2]),
+        ..Settings::smallest()
+    };
+    for name in ["twist", "bend"] {
+        let curves = (scene(name).run)(&settings).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let alone = errors(&curves, "linear, nu = 0.45");
+        for solver in ["multigrid f32 in f64", "by itself (auto)"] {
+            let found = errors(&curves, &format!("linear, nu = 0.45, to 1e-8, {solver}"));
+            let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6;
+            assert!(found.iter().zip(&alone).all(same), "{found:?} {alone:?}");
+        }
+        errors(&curves, "linear, nu = 0.49, to 1e-8, multigrid f32 in f64");
+    }
+}
+
+#[test]
 fn averaged_volumes_unlock_the_block() {
     let block = curves("spp-block", &[4]);
     let (locked, free) = (errors(&block, "linear"), errors(&block, "averaged volume"));

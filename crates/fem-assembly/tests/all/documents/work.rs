@@ -1,8 +1,8 @@
 //! What an assembly evaluates, counted by a material and a tension curve that count.
 
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
-use fem_kinematics::{Mat, Real, Tensor4};
+use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Fiber};
+use fem_kinematics::{Mat, Pack, PackedKernel, Real, Tensor4, dispatch_packed};
 use fem_materials::curves::{CurvePoint, PhysBam, TensionCurve};
 use fem_materials::{FiberLaw, HessianProjection, Material, NeoHookean, Stretch};
 use fem_solvers::BlockSymmetric;
@@ -53,8 +53,11 @@ impl Material<3> for Counting {
     }
 }
 
+/// Passive tension is there or not.
 #[derive(Clone, Copy)]
-struct CountingCurve;
+struct CountingCurve {
+    passive: bool,
+}
 
 impl TensionCurve for CountingCurve {
     fn active<T: Real>(&self, l: T) -> CurvePoint<T> {
@@ -62,7 +65,23 @@ impl TensionCurve for CountingCurve {
         PhysBam::default().active(l)
     }
     fn passive<T: Real>(&self, l: T) -> CurvePoint<T> {
-        PhysBam::default().passive(l)
+        match self.passive {
+            true => PhysBam::default().passive(l),
+            false => CurvePoint::default(),
+        }
+    }
+    fn has_passive(&self) -> bool {
+        self.passive
+    }
+}
+
+/// How many of a batch's eight elements are evaluated at once here.
+struct Width;
+
+impl PackedKernel for Width {
+    type Output = usize;
+    fn run<V: Pack>(self) -> usize {
+        V::WIDTH
     }
 }
 
@@ -81,7 +100,9 @@ fn taken() -> [usize; 6] {
 
 #[test]
 fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
-    // 48 tetrahedra, six packs of eight; fibers in five of them, one pack.
+    // 48 tetrahedra, six batches of eight; fibers in five of them, one batch.
+    let each = 8 / dispatch_packed(Width);
+    let all = 6 * each;
     let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
     let rest = mesh.nodes();
     let fibers: Vec<Fiber> = (0..5)
@@ -93,37 +114,59 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
             optimal_stretch: 1.0,
         })
         .collect();
-    let law = FiberLaw {
-        curve: CountingCurve,
-        stretch: Stretch::Total,
+    let body_with = |passive, stretch| {
+        let curve = CountingCurve { passive };
+        let law = FiberLaw { curve, stretch };
+        let builder = AssemblyBuilder::new(&mesh, Dofs::all_free(rest).unwrap()).unwrap();
+        let builder = builder.material(Counting).unwrap();
+        let builder = builder.fibers(law, 1, &fibers).unwrap();
+        builder.build().unwrap()
     };
-    let body = AssemblyBuilder::new(&mesh, Dofs::all_free(rest).unwrap())
-        .unwrap()
-        .material(Counting)
-        .unwrap()
-        .fibers(law, 1, &fibers)
-        .unwrap()
-        .build()
-        .unwrap();
+    let body = body_with(true, Stretch::Total);
     let x: Vec<[f64; 3]> = rest.iter().map(|p| [1.1 * p[0], p[1], p[2]]).collect();
     let mut rows = vec![0.0; body.dofs().vector_len()];
     let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
     taken();
 
     body.energy(body.configuration(&x, &[0.5]).unwrap());
-    assert_eq!(taken(), [6, 0, 0, 0, 0, 1], "an energy");
+    assert_eq!(taken(), [all, 0, 0, 0, 0, each], "an energy");
     body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows);
-    assert_eq!(taken(), [6, 6, 0, 0, 0, 1], "a gradient, with its energy");
+    assert_eq!(
+        taken(),
+        [all, all, 0, 0, 0, each],
+        "a gradient, with its energy"
+    );
     body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows);
-    assert_eq!(taken(), [0, 0, 6, 0, 0, 1], "a product");
+    assert_eq!(taken(), [0, 0, all, 0, 0, each], "a product");
     body.hessian(
         body.configuration(&x, &[0.5]).unwrap(),
         HessianProjection::None,
         &mut hessian,
     );
-    assert_eq!(taken(), [0, 0, 0, 6, 0, 1], "a Hessian");
+    assert_eq!(taken(), [0, 0, 0, all, 0, each], "a Hessian");
     body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows);
-    assert_eq!(taken(), [0, 0, 0, 0, 0, 1], "the force of a muscle");
+    assert_eq!(taken(), [0, 0, 0, 0, 0, each], "the force of a muscle");
     body.volume_ratios(body.positions(&x).unwrap());
     assert_eq!(taken(), [0; 6], "volumes");
+
+    let mut pulls_of_relaxed = |body: &Assembly<3>| {
+        let at = body.configuration(&x, &[0.0]).unwrap();
+        body.energy(at);
+        body.gradient(at, &mut rows);
+        body.hessian_vector(at, &x, &mut rows);
+        for projection in [HessianProjection::None, HessianProjection::Clamp] {
+            body.hessian(at, projection, &mut hessian);
+        }
+        let [.., pulls] = taken();
+        body.control_gradient(at, 0, &mut rows);
+        (pulls, taken())
+    };
+    // A filtered Hessian takes its five fibers one by one.
+    let force = [0, 0, 0, 0, 0, each];
+    assert_eq!(pulls_of_relaxed(&body), (4 * each + 5, force));
+    let nothing = body_with(false, Stretch::Total);
+    assert_eq!(pulls_of_relaxed(&nothing), (0, force));
+    // Inside out this one has no energy but +∞.
+    let walled = body_with(false, Stretch::Isochoric);
+    assert_eq!(pulls_of_relaxed(&walled), (4 * each + 5, force));
 }
