@@ -8,6 +8,7 @@ use super::progress::spinner;
 use super::source::{open, pose};
 use face_pictures::export::write_atomically;
 use face_rig::rig::{Direction, JacobianRoute, Observation, RigParams};
+use face_scenes::Scene;
 use serde_json::json;
 use std::fmt::Write;
 
@@ -41,19 +42,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
     let mut names = names(scene.muscles.iter().map(|m| m.name.as_str()));
     names.extend(scene.influences.iter().map(|i| i.name.clone()));
     let path = out.path("jacobian.csv");
-    let mut text = format!("landmark,axis,{}\n", names.join(","));
-    for row in 0..points.dim() {
-        let _ = write!(
-            text,
-            "{},{}",
-            scene.landmarks[row / 3].index,
-            ["x", "y", "z"][row % 3]
-        );
-        for column in 0..names.len() {
-            let _ = write!(text, ",{:e}", columns[column * points.dim() + row]);
-        }
-        text.push('\n');
-    }
+    let text = table(scene, &names, &columns);
     write_atomically(&path, text.as_bytes())?;
     out.enter("report");
     let route = match route {
@@ -76,6 +65,21 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
         ))?;
     }
     Ok(())
+}
+
+/// A line for each axis of each landmark, a column for each entry of θ.
+fn table(scene: &Scene, names: &[String], columns: &[f64]) -> String {
+    let rows = 3 * scene.landmarks.len();
+    let mut text = format!("landmark,axis,{}\n", names.join(","));
+    for row in 0..rows {
+        let (index, axis) = (scene.landmarks[row / 3].index, ["x", "y", "z"][row % 3]);
+        let _ = write!(text, "{index},{axis}");
+        for column in 0..names.len() {
+            let _ = write!(text, ",{:e}", columns[column * rows + row]);
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// Names of all entries of θ.

@@ -580,14 +580,10 @@ fn the_guess_for_a_pose_close_by_is_its_solution() {
 fn multigrid_finds_the_pose_that_factors_find() {
     let pose = pose();
     let solved = |multigrid| {
-        let mut rig = rig_of(
-            RigParams {
-                multigrid,
-                ..RigParams::default()
-            },
-            1.0,
-            1.0,
-        );
+        let mut rig = rig_with(RigParams {
+            multigrid,
+            ..RigParams::default()
+        });
         rig.solve(&pose).unwrap();
         (rig.solved().positions(), rig.work())
     };
