@@ -11,7 +11,7 @@ use fem_solvers::{MultigridDirection, MultigridParams, Newton, NewtonParams, Pro
 fn solved(multigrid: bool, projection: ProjectionPolicy) -> Vec<[f64; 3]> {
     let mesh = kuhn_grid(3, 3, 9, [0.1, 0.1, 0.3]).unwrap();
     let rest = mesh.nodes();
-    let end = |z: f64| z < 1e-9 || z > 0.3 - 1e-9;
+    let end = |z: f64| !(1e-9..=0.3 - 1e-9).contains(&z);
     let prescribed: Vec<usize> = (0..rest.len()).filter(|&n| end(rest[n][2])).collect();
     let dofs = Dofs::with_prescribed_nodes(rest, &prescribed).unwrap();
     // Neither their number nor that of the elements is a multiple of eight.

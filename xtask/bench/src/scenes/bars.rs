@@ -42,11 +42,16 @@ fn curves(load: Load, settings: &Settings) -> Result<Vec<Curve>, Failure> {
     let mut curves = Vec::new();
     let asked = settings.sizes.as_ref().and_then(|sizes| sizes.last());
     let reference = asked.map_or(settings.pick(6, 8), |n| n + 2);
+    let truth = |poisson| truth(load, reference, poisson, AUTO);
+    let flesh = truth(POISSON)?;
     if settings.large {
-        curves.extend(large(load, reference, settings)?);
+        for (solver, sizes) in [(LINEAR[5], &[16, 24][..]), (LINEAR[4], &[16, 24, 35])] {
+            curves.push(large(load, POISSON, &flesh, (solver, sizes), settings)?);
+        }
+        let (stiff, by) = (truth(0.49)?, (LINEAR[4], &[16, 24, 35][..]));
+        curves.push(large(load, 0.49, &stiff, by, settings)?);
     }
-    for poisson in [POISSON, 0.499] {
-        let exact = truth(load, reference, poisson, AUTO)?;
+    for (poisson, exact) in [(POISSON, flesh), (0.499, truth(0.499)?)] {
         let kinds = Kind::ALL.into_iter();
         // Patches have another law: the same only where J is 1.
         for kind in kinds.filter(|&k| k != Kind::Patches || poisson > POISSON) {
@@ -94,29 +99,24 @@ fn meshes(
     Ok(curve)
 }
 
-/// Where one factorization takes longer than a whole solve by multigrid; a million tetrahedra at most.
-fn large(load: Load, reference: usize, settings: &Settings) -> Result<Vec<Curve>, Failure> {
-    let (auto, multigrid) = (LINEAR[5], LINEAR[4]);
-    let runs = [
-        (POISSON, auto, settings.sizes(&[8], &[16, 24])),
-        (POISSON, multigrid, settings.sizes(&[8, 16], &[16, 24, 35])),
-        (0.49, multigrid, settings.sizes(&[8, 16], &[16, 24, 35])),
-    ];
-    let mut curves = Vec::new();
-    for (poisson, (solver, linear), sizes) in runs {
-        let exact = truth(load, reference, poisson, AUTO)?;
-        let name = format!("linear, nu = {poisson}, to 1e-8, {solver}");
-        let mut curve = Curve::new(name, Axis::Mesh, Claim::FallsTo(0.0)).undrawn();
-        for n in sizes {
-            let bar = Bar::new(load, n, Kind::Linear, poisson)?;
-            let solved = bar.body.timed(settings.repetitions, linear, &to(1e-8))?;
-            let error = apart(&bar.probes(&solved.value.positions), &exact);
-            let point = bar.body.point(format!("n = {n}"), &solved, error);
-            curve.points.push(point);
-        }
-        curves.push(curve);
+/// Up to a million tetrahedra, where one factorization takes longer than a whole solve by multigrid.
+fn large(
+    load: Load,
+    poisson: f64,
+    exact: &[[f64; 3]],
+    ((solver, linear), sizes): ((&str, Linear), &[usize]),
+    settings: &Settings,
+) -> Result<Curve, Failure> {
+    let name = format!("linear, nu = {poisson}, to 1e-8, {solver}");
+    let mut curve = Curve::new(name, Axis::Mesh, Claim::FallsTo(0.0)).undrawn();
+    for n in settings.sizes(&[8, 16], sizes) {
+        let bar = Bar::new(load, n, Kind::Linear, poisson)?;
+        let solved = bar.body.timed(settings.repetitions, linear, &to(1e-8))?;
+        let error = apart(&bar.probes(&solved.value.positions), exact);
+        let point = bar.body.point(format!("n = {n}"), &solved, error);
+        curve.points.push(point);
     }
-    Ok(curves)
+    Ok(curve)
 }
 
 /// Energies at equilibrium, J, from a separate implementation.

@@ -10,9 +10,10 @@ fn scene(name: &str) -> Scene {
     found.unwrap_or_else(|| panic!("no scene {name}"))
 }
 
-/// The curves of a small run, whose claims hold.
+/// The curves of a small run with all that a large one has, whose claims hold.
 fn curves(name: &str, sizes: &[usize]) -> Vec<Curve> {
     let settings = Settings {
+        large: true,
         sizes: Some(sizes.to_vec()),
         ..Settings::smallest()
     };
@@ -35,6 +36,16 @@ fn errors(curves: &[Curve], name: &str) -> Vec<f64> {
     curve.points.iter().map(|p| p.error).collect()
 }
 
+/// The bars of a large run, and the linear curve that every run has.
+fn by_multigrid_as_well(curves: &[Curve], linear: &[f64]) {
+    for solver in ["multigrid f32 in f64", "by itself (auto)"] {
+        let found = errors(curves, &format!("linear, nu = 0.45, to 1e-8, {solver}"));
+        let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6;
+        assert!(found.iter().zip(linear).all(same), "{found:?} {linear:?}");
+    }
+    errors(curves, "linear, nu = 0.49, to 1e-8, multigrid f32 in f64");
+}
+
 #[test]
 fn names_are_different_and_every_scene_has_a_truth() {
     let all = all();
@@ -53,6 +64,7 @@ fn a_twisted_bar_comes_nearer_with_every_mesh_tolerance_and_element() {
     let linear = errors(&curves, "linear, nu = 0.45");
     let quadratic = errors(&curves, "quadratic, nu = 0.45");
     assert!(quadratic[1] < 0.3 * linear[1], "{linear:?} {quadratic:?}");
+    by_multigrid_as_well(&curves, &linear);
     let tolerances = errors(&curves, "linear, n = 2, by itself");
     assert!(
         tolerances[0] > 1e-5 && tolerances[6] < 1e-9,
@@ -77,29 +89,11 @@ fn a_bent_bar_comes_nearer_with_every_mesh_and_element() {
     let linear = errors(&curves, "linear, nu = 0.45");
     let quadratic = errors(&curves, "quadratic, nu = 0.45");
     assert!(quadratic[1] < 0.1 * linear[1], "{linear:?} {quadratic:?}");
+    by_multigrid_as_well(&curves, &linear);
     // Far stiffer than it is, where volumes are kept element by element.
     let locked = errors(&curves, "linear, nu = 0.499");
     let free = errors(&curves, "averaged volume, nu = 0.499");
     assert!(free[1] < 0.5 * locked[1], "{locked:?} {free:?}");
-}
-
-#[test]
-fn a_large_run_has_bars_by_multigrid_as_well() {
-    let settings = Settings {
-        large: true,
-        sizes: Some(vec![1, 2]),
-        ..Settings::smallest()
-    };
-    for name in ["twist", "bend"] {
-        let curves = (scene(name).run)(&settings).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let alone = errors(&curves, "linear, nu = 0.45");
-        for solver in ["multigrid f32 in f64", "by itself (auto)"] {
-            let found = errors(&curves, &format!("linear, nu = 0.45, to 1e-8, {solver}"));
-            let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6;
-            assert!(found.iter().zip(&alone).all(same), "{found:?} {alone:?}");
-        }
-        errors(&curves, "linear, nu = 0.49, to 1e-8, multigrid f32 in f64");
-    }
 }
 
 #[test]
