@@ -84,5 +84,8 @@ mod tests {
         // Asking stops nothing.
         wait(32);
         assert_eq!(clock.seconds()[2], ("fit", 52.0));
+        clock.enter("files");
+        wait(64);
+        assert_eq!(clock.seconds()[2..], [("fit", 52.0), ("files", 72.0)]);
     }
 }
