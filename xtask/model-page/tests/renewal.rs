@@ -21,6 +21,11 @@ fn only_what_stands_between_the_markers_is_written() {
     assert_eq!(renewed(&cut), Err(NoMarker("<!-- end of the models -->")));
 }
 
+/// The lines below a table's head.
+fn rows(table: &str) -> Vec<&str> {
+    table.lines().skip(2).collect()
+}
+
 #[test]
 fn a_row_says_what_the_registry_says() {
     const PARAMETERS: [Parameter; 3] = [
@@ -47,25 +52,15 @@ fn a_row_says_what_the_registry_says() {
         ..first.clone()
     };
     let models = [first, second];
-    let rows: Vec<String> = at_a_glance(&models)
-        .lines()
-        .skip(2)
-        .map(str::to_owned)
-        .collect();
     assert_eq!(
-        rows,
+        rows(&at_a_glance(&models)),
         [
             "| `first` (`other`) | `mu`, `K` (`bulk`) [Pa]; `b` | 2, 3 | J > 0 | SVD | rubber |",
             "| `second` | `mu` [Pa] | 3 | J > 0 | – | rubber |",
         ]
     );
-    let rows: Vec<String> = parameters(&models)
-        .lines()
-        .skip(2)
-        .map(str::to_owned)
-        .collect();
     assert_eq!(
-        rows,
+        rows(&parameters(&models)),
         [
             "| `b` | – | rate of \\|E\\| | `first` (1) |",
             "| `K` (`bulk`) | Pa | bulk modulus | `first` (2e5) |",

@@ -6,7 +6,7 @@ use crate::registry::{Entry, Parameter, Register};
 use crate::tensor_terms::Terms;
 use fem_kinematics::{Mat, Real, Tensor4};
 
-/// ψ = K/2 (ln J)², finite only for J > 0. Add it to a isochoric model.
+/// ψ = K/2 (ln J)², finite only for J > 0. Add it to an isochoric model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumetricLog {
     /// Bulk modulus K, Pa.
