@@ -2,7 +2,7 @@
 
 use crate::rest::RestElements;
 use crate::shape::ElementShape;
-use fem_kinematics::{F64x8, Mat, Pack};
+use fem_kinematics::{F64x8, Mat, Pack, deformation_gradient_at};
 
 /// Elements in one batch: the lanes of [`F64x8`].
 pub(crate) const LANES: usize = 8;
@@ -76,9 +76,20 @@ impl<const D: usize, S: ElementShape<D>> ElementBatch<D, S> {
     }
 }
 
+/// The lanes of each row that `V` holds, from `first` on.
 #[inline(always)]
-fn product<V: Pack>(a: &F64x8, b: &F64x8, first: usize) -> V {
-    V::load(&a.0, first) * V::load(&b.0, first)
+fn load<const D: usize, S: ElementShape<D>, V: Pack>(
+    rows: &S::Rows<[F64x8; D]>,
+    first: usize,
+) -> S::Rows<[V; D]> {
+    let mut packed = S::rows([V::zero(); D]);
+    let (to, from) = (packed.as_mut(), rows.as_ref());
+    for a in 0..S::NODES - 1 {
+        for j in 0..D {
+            to[a][j] = V::load(&from[a][j].0, first);
+        }
+    }
+    packed
 }
 
 /// `first` is the first of the lanes that `V` holds.
@@ -91,31 +102,14 @@ impl<const D: usize, S: ElementShape<D>> QuadraturePoint<D, S> {
         edges: &S::Rows<[F64x8; D]>,
         first: usize,
     ) -> Mat<V, D> {
-        let (edges, gradients) = (edges.as_ref(), self.gradients.as_ref());
-        let mut F = Mat::<V, D>::zeros();
-        for i in 0..D {
-            for j in 0..D {
-                let mut sum = product::<V>(&edges[0][i], &gradients[0][j], first);
-                for a in 1..S::NODES - 1 {
-                    sum += product::<V>(&edges[a][i], &gradients[a][j], first);
-                }
-                F.0[i][j] = sum;
-            }
-        }
-        F
+        let edges = load::<D, S, V>(edges, first);
+        deformation_gradient_at(edges.as_ref(), self.gradients(first).as_ref())
     }
 
     /// ∇N of the nodes but the first, in registers.
     #[inline(always)]
     pub fn gradients<V: Pack>(&self, first: usize) -> S::Rows<[V; D]> {
-        let mut packed = S::rows([V::zero(); D]);
-        let (rows, gradients) = (packed.as_mut(), self.gradients.as_ref());
-        for a in 0..S::NODES - 1 {
-            for j in 0..D {
-                rows[a][j] = V::load(&gradients[a][j].0, first);
-            }
-        }
-        packed
+        load::<D, S, V>(&self.gradients, first)
     }
 
     /// Adds ∂E/∂x at each node, w P ∇Nₐ: minus the finite-volume force g = P B_m of document 000,

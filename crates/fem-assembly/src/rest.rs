@@ -2,7 +2,7 @@
 
 use crate::error::AssemblyError;
 use crate::shape::ElementShape;
-use fem_kinematics::{Mat, RestShape};
+use fem_kinematics::{Mat, RestShape, deformation_gradient_at};
 
 /// The rest states of elements of one shape, one after the other.
 ///
@@ -112,13 +112,13 @@ impl<const D: usize> RestElements<D> {
     ) -> Mat<f64, D> {
         let nodes = self.nodes_of(element);
         let origin = positions[nodes[0] as usize];
-        let mut F = Mat::zeros();
-        for (&node, gradient) in nodes[1..].iter().zip(self.gradients_of(element, point)) {
+        // Room for the largest element, a quadratic tetrahedron.
+        let mut edges = [[0.0; D]; 9];
+        for (edge, &node) in edges.iter_mut().zip(&nodes[1..]) {
             let x = positions[node as usize];
-            let edge = std::array::from_fn(|i| x[i] - origin[i]);
-            F += Mat::outer(edge, *gradient);
+            *edge = std::array::from_fn(|i| x[i] - origin[i]);
         }
-        F
+        deformation_gradient_at(&edges, self.gradients_of(element, point))
     }
 }
 

@@ -24,7 +24,7 @@
 //! |---|---|
 //! | numbers | [`Real`], [`Lanes`], [`Dual`]; [`dispatch`], [`dispatch_packed`] and [`dispatch_quads`] choose the processor's instructions |
 //! | small algebra | [`Mat`], [`Tensor4`] (dP/dF), [`to_flat`] and [`from_flat`] (9×9 orders), [`Tensor4::project`] |
-//! | elements | [`RestShape`], [`shape_matrix`], [`deformation_gradient`], [`flatten_triangle`] |
+//! | elements | [`RestShape`], [`shape_matrix`], [`deformation_gradient`], [`deformation_gradient_at`], [`flatten_triangle`] |
 //! | decompositions | [`signed_svd`], [`polar`], [`signed_qr`], [`symmetric_eigen`], each with its derivatives |
 //! | measures | [`green_strain`], [`corotated_strain`], [`Invariants`], [`IsochoricInvariants`], [`log_determinant`] |
 //! | obstacles | [`ImplicitSurface`]: signed distances of convex solids with normals and curvatures |
@@ -84,7 +84,8 @@ pub use polar::{Polar, polar};
 pub use qr::{Qr, multiply_by_skew, signed_qr};
 pub use scalar::Real;
 pub use simplex::{
-    RestShape, RestShapeError, deformation_gradient, flatten_triangle, shape_matrix, simplex_volume,
+    RestShape, RestShapeError, deformation_gradient, deformation_gradient_at, flatten_triangle,
+    shape_matrix, simplex_volume,
 };
 pub use strain::{corotated_strain, green_strain, green_strain_differential, infinitesimal_strain};
 pub use stress_measures::{

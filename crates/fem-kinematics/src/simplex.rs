@@ -152,13 +152,56 @@ pub fn simplex_volume<T: Real, const D: usize>(Ds: &Mat<T, D>) -> T {
     Ds.determinant() / T::from_f64(factorial)
 }
 
-/// F = D_s D_m⁻¹.
+/// F = D_s D_m⁻¹ of a linear simplex: [`deformation_gradient_at`] any of its points.
 #[inline(always)]
 pub fn deformation_gradient<T: Real, const D: usize>(
     Ds: &Mat<T, D>,
     Dm_inverse: &Mat<T, D>,
 ) -> Mat<T, D> {
-    *Ds * *Dm_inverse
+    deformation_gradient_at(&Ds.transpose().0, &Dm_inverse.0)
+}
+
+/// F = Σₐ (xₐ − x₀) ∇Nₐᵀ at a point of any element, the sum over all nodes but the first, whose
+/// gradient is minus the sum of the others' (document 000, 4.1, for shape functions of any order).
+///
+/// `edges` are xₐ − x₀ in meters, `gradients` ∇Nₐ in 1/m, in the same order; the longer list is
+/// read as far as the shorter one goes, and without any the result is 0.
+///
+/// ```
+/// use fem_kinematics::{deformation_gradient_at, RestShape, Mat};
+/// let rest = RestShape::from_vertices(&[[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])?;
+/// let edges = [[2.0, 0.0], [0.0, 3.0]];
+/// let F = deformation_gradient_at(&edges, &rest.inverse.0);
+/// assert_eq!(F, Mat([[1.0, 0.0], [0.0, 3.0]]));
+/// # Ok::<(), fem_kinematics::RestShapeError>(())
+/// ```
+#[inline(always)]
+pub fn deformation_gradient_at<T: Real, const D: usize>(
+    edges: &[[T; D]],
+    gradients: &[[T; D]],
+) -> Mat<T, D> {
+    let count = if edges.len() < gradients.len() {
+        edges.len()
+    } else {
+        gradients.len()
+    };
+    let mut F = Mat::zeros();
+    for i in 0..D {
+        for j in 0..D {
+            // The first product begins the sum: 0 + x is not x where x is −0.
+            let mut entry = T::zero();
+            for a in 0..count {
+                let product = edges[a][i] * gradients[a][j];
+                if a == 0 {
+                    entry = product;
+                } else {
+                    entry += product;
+                }
+            }
+            F.0[i][j] = entry;
+        }
+    }
+    F
 }
 
 /// A triangle in space laid into the plane without deforming it: vertex 0 at the origin, the

@@ -2,12 +2,12 @@
 
 use super::geometry::{Point, cross, dot, norm, sub};
 use crate::error::AssemblyError;
-use fem_kinematics::{Mat, RestShape, shape_matrix};
+use fem_kinematics::{Mat, RestShape, deformation_gradient_at, shape_matrix};
 
 /// Four nodes of a bone that is moved as a whole, X ↦ M X + t: they say where it is.
 ///
 /// With gₖ = ∇bₖ of the barycentric coordinates in the tetrahedron of the nodes at rest,
-/// M = Σ xₖ gₖᵀ, and the point that lies at x now lay at X₀ + M⁻¹(x − x₀).
+/// M = Σ (xₖ − x₀) gₖᵀ, and the point that lies at x now lay at X₀ + M⁻¹(x − x₀).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidFrame {
     nodes: [usize; 4],
@@ -73,9 +73,9 @@ impl RigidFrame {
 
     pub(crate) fn placed(&self, positions: &[Point]) -> Placed {
         let x = self.nodes.map(|n| positions[n]);
-        let matrix = Mat::from_fn(|i, j| (0..4).map(|k| x[k][i] * self.gradients[k][j]).sum());
+        let edges: [Point; 3] = std::array::from_fn(|k| sub(x[k + 1], x[0]));
         Placed {
-            inverse: matrix.inverse(),
+            inverse: deformation_gradient_at(&edges, &self.gradients[1..]).inverse(),
             at: x[0],
             origin: self.origin,
             gradients: self.gradients,
