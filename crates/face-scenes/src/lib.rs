@@ -17,7 +17,7 @@
 //! // The left corner of the mouth (landmark 54) rises, and would rise further with more tension.
 //! let corner = scene.landmark_points([54]).0[0];
 //! let risen = corner.position(&rig.solved().positions())[1] - corner.position(scene.mesh.nodes())[1];
-//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])[0];
+//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])?[0];
 //! assert!(risen > 0.0 && corner.position(slope)[1] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

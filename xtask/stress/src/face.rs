@@ -46,7 +46,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
     if !rig.assembly().energy(at).is_finite() {
         return Err(Failure::lie("a pose whose energy is not finite"));
     }
-    let ratios = rig.assembly().volume_ratios(at);
+    let ratios = rig.assembly().volume_ratios(at)?;
     let forces = forces(scene, &z, &pose.activations)?;
     let problem = Quasistatic::new(rig.assembly(), z.clone(), controls)?;
     let left = balance::kept_to_rounding(
@@ -54,7 +54,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
         &problem.unknowns(),
         &forces,
         &RigParams::default().newton,
-    );
+    )?;
     let work = rig.work();
     let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
     Ok(Evidence {

@@ -504,7 +504,7 @@ impl LeastSquares for Problem<'_> {
         let (weights, scales) = (self.orthogonality(), map.scales());
         let sensitivity = self.rig.sensitivity()?;
         let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
-        let data = sensitivity.jacobian(self.fitter.observation, &directions, route);
+        let data = sensitivity.jacobian(self.fitter.observation, &directions, route)?;
         for (((column, seen), direction), scale) in j
             .chunks_exact_mut(rows)
             .zip(data.chunks_exact(dim))

@@ -9,7 +9,9 @@ use super::jacobian::{CountedFactor, Sensitivity};
 use super::parameters::Parameters;
 use super::work::Work;
 use crate::stopwatch::Stopwatch;
-use fem_assembly::{Assembly, Positions, Quasistatic, RenewingError, solve_renewing};
+use fem_assembly::{
+    Assembly, AssemblyError, Positions, Quasistatic, RenewingError, solve_renewing,
+};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
     MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, Watch,
@@ -465,10 +467,10 @@ impl Rig {
                 Err(e) => work.add(e.iteration, e.factorizations, e.linear_iterations),
             }
             end?;
-            problem.positions(&x)
+            problem.positions(&x)?
         };
         if self.params.refuses_inverted
-            && let Some((element, ratio)) = self.turned_out(self.assembly.positions(&z)?)
+            && let Some((element, ratio)) = self.turned_out(self.assembly.positions(&z)?)?
         {
             return Err(PartError::Inverted { element, ratio });
         }
@@ -476,15 +478,15 @@ impl Rig {
     }
 
     /// The element with a free node that is furthest inside out, with its det F.
-    fn turned_out(&self, z: Positions<3>) -> Option<(usize, f64)> {
+    fn turned_out(&self, z: Positions<3>) -> Result<Option<(usize, f64)>, AssemblyError> {
         let dofs = self.assembly.dofs();
         let free = |element: usize| {
             let mut nodes = self.assembly.nodes_of(element).iter();
             nodes.any(|&n| dofs.row(n as usize).is_some())
         };
-        let ratios = self.assembly.volume_ratios(z).into_iter().enumerate();
+        let ratios = self.assembly.volume_ratios(z)?.into_iter().enumerate();
         let inverted = ratios.filter(|(element, ratio)| !(*ratio > 0.0) && free(*element));
-        inverted.min_by(|a, b| a.1.total_cmp(&b.1))
+        Ok(inverted.min_by(|a, b| a.1.total_cmp(&b.1)))
     }
 
     fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> Option<usize> {
@@ -506,7 +508,7 @@ impl Rig {
         };
         let nodes = self.assembly.nodes_of(element).iter().copied();
         let (jaw, cranium) = nodes.partition(|n| self.jaw.contains(n));
-        let gradients = self.assembly.deformation_gradients(element, at);
+        let gradients = self.assembly.deformation_gradients(element, at)?;
         let ratios = gradients.map(|gradient| gradient.determinant());
         Err(RigError::MovedOutOfDomain {
             element,

@@ -132,7 +132,7 @@ fn columns_hold(rig: &mut Rig, at: &Parameters) {
     let directions: Vec<Direction> = [2, 6, 11]
         .map(|k| Direction::Jaw(AffineMap::unit(k)))
         .to_vec();
-    let columns = rig.sensitivity().unwrap().columns(&directions);
+    let columns = rig.sensitivity().unwrap().columns(&directions).unwrap();
     for (direction, column) in directions.iter().zip(&columns) {
         let Direction::Jaw(d) = direction else {
             continue;

@@ -81,15 +81,17 @@ pub(crate) fn lowered(mesh: &SimplexMesh<3>, by: f64) -> Vec<Point> {
 
 pub(crate) fn force(assembly: &Assembly<3>, x: &[Point]) -> Vec<f64> {
     let mut g = vec![0.0; assembly.dofs().vector_len()];
-    assembly.gradient(assembly.configuration(x, &[]).unwrap(), &mut g);
+    assembly
+        .gradient(assembly.configuration(x, &[]).unwrap(), &mut g)
+        .unwrap();
     g
 }
 
 fn moved(assembly: &Assembly<3>, x: &[Point], d: &[f64], t: f64) -> Vec<Point> {
-    let mut u = assembly.dofs().gather(x);
+    let mut u = assembly.dofs().gather(x).unwrap();
     u.iter_mut().zip(d).for_each(|(u, d)| *u += t * d);
     let mut all = x.to_vec();
-    assembly.dofs().scatter(&u, &mut all);
+    assembly.dofs().scatter(&u, &mut all).unwrap();
     all
 }
 

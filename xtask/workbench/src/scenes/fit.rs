@@ -112,7 +112,7 @@ impl LeastSquares for Fit<'_> {
         self.solve(theta)?;
         let (rows, data) = (self.residuals(), 3 * self.run.nodes.len());
         let directions = Direction::all(self.rig.muscles());
-        let columns = self.rig.sensitivity()?.columns(&directions);
+        let columns = self.rig.sensitivity()?.columns(&directions)?;
         j.fill(0.0);
         for (k, column) in columns.iter().enumerate() {
             for (n, &node) in self.run.nodes.iter().enumerate() {

@@ -135,8 +135,8 @@ fn check_pose(
     record.absolute("x", &rig.solved().positions(), &pose.x, POSITION);
     let directions = Direction::all(rig.muscles());
     let sensitivity = rig.sensitivity()?;
-    let columns = sensitivity.columns(&directions);
-    let adjoint = sensitivity.gradient(&pose.x, &directions);
+    let columns = sensitivity.columns(&directions)?;
+    let adjoint = sensitivity.gradient(&pose.x, &directions)?;
     let size = norm(pose.x.as_flattened());
     for (k, column) in columns.iter().enumerate() {
         record.id = format!("column {k}");

@@ -130,13 +130,15 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
 
     body.energy(body.configuration(&x, &[0.5]).unwrap());
     assert_eq!(taken(), [all, 0, 0, 0, 0, each], "an energy");
-    body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows);
+    body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows)
+        .unwrap();
     assert_eq!(
         taken(),
         [all, all, 0, 0, 0, each],
         "a gradient, with its energy"
     );
-    body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows);
+    body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows)
+        .unwrap();
     assert_eq!(taken(), [0, 0, all, 0, 0, each], "a product");
     body.hessian(
         body.configuration(&x, &[0.5]).unwrap(),
@@ -144,21 +146,22 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         &mut hessian,
     );
     assert_eq!(taken(), [0, 0, 0, all, 0, each], "a Hessian");
-    body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows);
+    body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows)
+        .unwrap();
     assert_eq!(taken(), [0, 0, 0, 0, 0, each], "the force of a muscle");
-    body.volume_ratios(body.positions(&x).unwrap());
+    body.volume_ratios(body.positions(&x).unwrap()).unwrap();
     assert_eq!(taken(), [0; 6], "volumes");
 
     let mut pulls_of_relaxed = |body: &Assembly<3>| {
         let at = body.configuration(&x, &[0.0]).unwrap();
         body.energy(at);
-        body.gradient(at, &mut rows);
-        body.hessian_vector(at, &x, &mut rows);
+        body.gradient(at, &mut rows).unwrap();
+        body.hessian_vector(at, &x, &mut rows).unwrap();
         for projection in [HessianProjection::None, HessianProjection::Clamp] {
             body.hessian(at, projection, &mut hessian);
         }
         let [.., pulls] = taken();
-        body.control_gradient(at, 0, &mut rows);
+        body.control_gradient(at, 0, &mut rows).unwrap();
         (pulls, taken())
     };
     // A filtered Hessian takes its five fibers one by one.
