@@ -249,7 +249,7 @@ impl Fitting<'_> {
         fit: &ExpressionFit,
         out: &Output,
     ) -> Result<Finished, Failure> {
-        let parameters = self.map.parameters(&fit.q);
+        let parameters = self.map.parameters(&fit.q)?;
         Ok(Finished {
             place,
             name: fit.name.clone(),

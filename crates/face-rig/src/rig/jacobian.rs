@@ -133,13 +133,14 @@ impl<'a> Sensitivity<'a> {
     /// each direction.
     ///
     /// # Errors
-    /// As [`Sensitivity::columns`].
+    /// When the observation is of other nodes, and as [`Sensitivity::columns`].
     pub fn jacobian(
         &self,
         observation: &dyn Observation,
         directions: &[Direction],
         route: JacobianRoute,
     ) -> Result<Vec<f64>, RigError> {
+        observation.check(self.positions.len())?;
         let rows = observation.dim();
         let mut jacobian = vec![0.0; rows * directions.len()];
         match route {

@@ -23,7 +23,7 @@ fn fitted_with(mut rig: Rig, observation: &dyn Observation, active: Vec<usize>) 
     };
     let mut truth = map.rest();
     truth[0] = 0.3;
-    rig.solve(&map.parameters(&truth)).unwrap();
+    rig.solve(&map.parameters(&truth).unwrap()).unwrap();
     let shape = rig.solved().positions();
     let mut target = vec![0.0; observation.dim()];
     observation.value(&shape, &mut target);

@@ -448,7 +448,10 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
         let truth = [
             0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.002, -0.001, 0.03,
         ];
-        let target = rig.solve(&map.parameters(&truth)).unwrap().positions();
+        let target = rig
+            .solve(&map.parameters(&truth).unwrap())
+            .unwrap()
+            .positions();
         let params = FitParams {
             method,
             activation_weight: 0.0,
@@ -543,7 +546,7 @@ fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
     };
     let mut rig = rig();
     let mut target = rig
-        .solve(&map.parameters(&[0.6, 0.1, 0.3, 0.15, 0.0, 0.0, 0.0]))
+        .solve(&map.parameters(&[0.6, 0.1, 0.3, 0.15]).unwrap())
         .unwrap()
         .positions();
     // No pose reaches it: what is left is decided by weights and priors.

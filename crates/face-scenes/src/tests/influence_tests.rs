@@ -305,6 +305,7 @@ fn the_mouth_of_the_coarse_head_is_a_cavity() {
     };
     let volume = Cavity::closed(faces.clone(), 1.0)
         .expect("closed")
-        .volume(scene.mesh.nodes());
+        .volume(scene.mesh.nodes())
+        .expect("faces of the mesh");
     assert!(volume > 50e-6 && volume < 400e-6, "{volume}");
 }

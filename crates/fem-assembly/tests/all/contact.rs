@@ -201,7 +201,7 @@ fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_sam
         let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, PARAMS).unwrap();
         let fresh = assembly(&mesh, 0.1);
         contact.renew(fresh.configuration(x, &[]).unwrap());
-        contact.deepest(x)
+        contact.deepest(x).unwrap()
     };
     let (before, after) = (depth(&lowered(&mesh, 0.16)), depth(&done.positions));
     assert!((before - 0.06).abs() < 1e-9, "{before}");

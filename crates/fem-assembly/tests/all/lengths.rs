@@ -1,7 +1,10 @@
 //! Lists of another length than the assembly's are refused, shorter and longer ones alike.
 
 use fem_assembly::mesh::kuhn_grid;
-use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Quasistatic, Scaled, Springs};
+use fem_assembly::{
+    Assembly, AssemblyBuilder, AssemblyError, Cavity, ContactPoint, Dofs, FleshContact,
+    FleshContactParams, Quasistatic, RigidContact, RigidContactParams, RigidFrame, Scaled, Springs,
+};
 use fem_materials::NeoHookean;
 
 /// A bar of `n` cubes that is held at one end, with one control.
@@ -88,4 +91,50 @@ fn what_another_assembly_checked_is_refused() {
     let error = body.deformation_gradients(count, there).err();
     let element = count;
     assert_eq!(error, Some(AssemblyError::NoSuchElement { element, count }));
+}
+
+#[test]
+fn what_asks_for_positions_without_an_assembly_refuses_others() {
+    let (short, mesh, long) = (
+        kuhn_grid(1, 1, 1, [1.0; 3]).unwrap(),
+        kuhn_grid(2, 1, 1, [2.0, 1.0, 1.0]).unwrap(),
+        kuhn_grid(3, 1, 1, [3.0, 1.0, 1.0]).unwrap(),
+    );
+    let (n, faces) = (mesh.nodes().len(), mesh.boundary().faces);
+    let params = FleshContactParams {
+        activation: 0.1,
+        pressure: 1e4,
+        depth: 0.1,
+        margin: 0.1,
+        neighbors: 1,
+        edges: true,
+    };
+    let flesh = FleshContact::new(&mesh, &faces, params).unwrap();
+    let points = ContactPoint::on_faces(&mesh, &faces);
+    let solids = RigidContactParams {
+        activation: 0.1,
+        pressure: 1e4,
+        depth: 0.1,
+    };
+    let solid = |frame| RigidContact::new(Vec::new(), frame, points.clone(), mesh.nodes(), solids);
+    let rigid = solid(None).unwrap();
+    assert_eq!(flesh.deepest(mesh.nodes()), Ok(0.0));
+    assert_eq!(rigid.deepest(mesh.nodes()), Ok(0.0));
+    for other in [&short, &long] {
+        let count = other.nodes().len();
+        refused(flesh.deepest(other.nodes()), count, n);
+        refused(rigid.deepest(other.nodes()), count, n);
+    }
+    let all: Vec<usize> = (0..long.nodes().len()).collect();
+    let frame = RigidFrame::new(long.nodes(), &all).unwrap();
+    let node = *frame.nodes().iter().find(|&&node| node >= n).unwrap();
+    let error = solid(Some(frame)).err();
+    assert_eq!(error, Some(AssemblyError::NoSuchNode { node, count: n }));
+    let cavity = Cavity::closed(faces, 1.0).unwrap();
+    assert!((cavity.volume(mesh.nodes()).unwrap() - 2.0).abs() < 1e-12);
+    let error = cavity.volume(short.nodes());
+    assert!(
+        matches!(error, Err(AssemblyError::NoSuchNode { node, count: 8 }) if node >= 8),
+        "{error:?}"
+    );
 }
