@@ -37,7 +37,7 @@ pub fn pose(scene: &Scene, activations: f64, degrees: f64) -> Parameters {
 /// Solves a pose, and trusts nothing.
 pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence, Failure> {
     rig.solve(pose)?;
-    let z = rig.solved().in_cranium_frame.clone();
+    let z = rig.equilibrium().in_cranium_frame.clone();
     if !z.as_flattened().iter().all(|c| c.is_finite()) {
         return Err(Failure::lie("a pose that is not finite"));
     }

@@ -87,7 +87,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs, clock: Clock) -> Result<(), Fai
         landmarks: &landmarks,
         progress: &progress,
     };
-    let rest = rig.solved().clone();
+    let rest = rig.equilibrium().clone();
     let mut done: Vec<Done> = Vec::new();
     for (name, settings, degrees) in EXPRESSIONS {
         let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;

@@ -104,17 +104,17 @@ impl Found {
             .zip(scene.mesh.nodes())
             .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
         let controls = rig.energy_controls(parameters);
-        let solved = rig.solved();
+        let equilibrium = rig.equilibrium();
         let at = rig
             .assembly()
-            .configuration(&solved.in_cranium_frame, &controls)
+            .configuration(&equilibrium.in_cranium_frame, &controls)
             .map_err(RigError::from)?;
         Ok(Self {
             largest_mm: 1e3 * moved.fold(0.0, f64::max),
             smallest: ratios.iter().copied().fold(f64::INFINITY, f64::min),
             inverted: ratios.iter().filter(|j| !(**j > 0.0)).count(),
             energy: rig.assembly().energy(at),
-            torques: torques_by_name(scene, &scene.jaw_torques(solved)?),
+            torques: torques_by_name(scene, &scene.jaw_torques(equilibrium)?),
         })
     }
 

@@ -428,10 +428,10 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     fn pose(&mut self, parameters: &Parameters) -> Result<Vec<[f64; 3]>, RigError> {
-        if self.rig.solved().parameters != *parameters {
+        if self.rig.equilibrium().parameters != *parameters {
             self.rig.solve(parameters)?;
         }
-        Ok(self.rig.solved().positions())
+        Ok(self.rig.equilibrium().positions())
     }
 
     /// (weight root, map, number of the first row) of each map kept near orthogonal.

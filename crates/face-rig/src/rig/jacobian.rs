@@ -24,7 +24,7 @@ pub enum JacobianRoute {
 #[derive(Debug)]
 pub struct Sensitivity<'a> {
     loads: Loads<'a>,
-    solved: &'a Equilibrium,
+    equilibrium: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
     factor: CountedFactor<'a>,
 }
@@ -48,19 +48,19 @@ impl<'a> Sensitivity<'a> {
         assembly: &'a Assembly<3>,
         jaw: &'a [u32],
         controls: &'a Controls,
-        solved: &'a Equilibrium,
+        equilibrium: &'a Equilibrium,
         energy: &'a [f64],
         factor: CountedFactor<'a>,
     ) -> Result<Self, AssemblyError> {
         Ok(Self {
             loads: Loads {
                 assembly,
-                at: assembly.configuration(&solved.in_cranium_frame, energy)?,
+                at: assembly.configuration(&equilibrium.in_cranium_frame, energy)?,
                 jaw,
                 controls,
             },
-            solved,
-            positions: solved.positions(),
+            equilibrium,
+            positions: equilibrium.positions(),
             factor,
         })
     }
@@ -111,7 +111,7 @@ impl<'a> Sensitivity<'a> {
                 let mut dz = self.loads.bone_motion(direction);
                 Ok(match direction {
                     Direction::Cranium(d) => self
-                        .solved
+                        .equilibrium
                         .in_cranium_frame
                         .iter()
                         .map(|&z| d.apply(z))
@@ -121,7 +121,7 @@ impl<'a> Sensitivity<'a> {
                             block[next * n..(next + 1) * n].iter().map(|v| -v).collect();
                         next += 1;
                         self.loads.assembly.dofs().scatter(&column, &mut dz)?;
-                        let cranium = &self.solved.parameters.cranium;
+                        let cranium = &self.equilibrium.parameters.cranium;
                         dz.iter().map(|&d| cranium.rotate(d)).collect()
                     }
                 })
@@ -190,7 +190,7 @@ impl<'a> Sensitivity<'a> {
         seen: &[Vec<[f64; 3]>],
         directions: &[Direction],
     ) -> Result<Vec<Vec<f64>>, RigError> {
-        let parameters = &self.solved.parameters;
+        let parameters = &self.equilibrium.parameters;
         let n = self.loads.assembly.dofs().vector_len();
         let in_frame: Vec<Vec<[f64; 3]>> = seen
             .iter()
@@ -246,7 +246,7 @@ impl<'a> Sensitivity<'a> {
     /// What a field over the free nodes meets at every node, bones included.
     fn through_flesh(&self, multiplier: &[f64]) -> Result<Vec<[f64; 3]>, AssemblyError> {
         let assembly = self.loads.assembly;
-        let mut field = vec![[0.0; 3]; self.solved.in_cranium_frame.len()];
+        let mut field = vec![[0.0; 3]; self.equilibrium.in_cranium_frame.len()];
         assembly.dofs().scatter(multiplier, &mut field)?;
         assembly.hessian_vector_everywhere(self.loads.at, &field)
     }
@@ -255,7 +255,11 @@ impl<'a> Sensitivity<'a> {
     fn along(&self, direction: &Direction, force: Option<&[f64]>, pulled: &Pulled) -> f64 {
         match (direction, force) {
             (Direction::Cranium(d), _) => {
-                let moved = self.solved.in_cranium_frame.iter().map(|&z| d.apply(z));
+                let moved = self
+                    .equilibrium
+                    .in_cranium_frame
+                    .iter()
+                    .map(|&z| d.apply(z));
                 let all = pulled.seen.iter().zip(moved);
                 all.map(|(w, dx)| dot(*w, dx)).sum()
             }

@@ -160,7 +160,7 @@ fn a_pose_without_equilibrium_leaves_the_last_good_one_and_flesh_without_bones_i
     let RigError::NoEquilibrium { last, source, .. } = error else {
         panic!("{error}");
     };
-    assert_eq!(*last, *rig.solved());
+    assert_eq!(*last, *rig.equilibrium());
     assert!(matches!(*source, PartError::Newton(_)), "{source}");
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
     let flesh = StableNeoHookean {
@@ -213,7 +213,7 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
         percent > 5.0 && (100.0 * way - percent).abs() < 1e-9,
         "{way} {percent}"
     );
-    assert_eq!(rig.solved().parameters.jaw.translation[2], 0.0);
+    assert_eq!(rig.equilibrium().parameters.jaw.translation[2], 0.0);
     assert!(
         matches!(*source, PartError::Inverted { ratio, .. } if ratio <= 0.0),
         "{source}"
@@ -262,12 +262,12 @@ fn a_cancelled_pose_or_fit_ends_at_once_and_the_rig_goes_on() {
     let wanted = rig().solve(&pose()).unwrap().clone();
     let (watch, asked) = ends_at(3);
     let mut watched = rig().watched_by(watch);
-    let before = watched.solved().clone();
+    let before = watched.equilibrium().clone();
     let error = watched.solve(&pose()).unwrap_err();
     assert!(error.is_cancelled(), "{error}");
     // No smaller step is tried.
     assert_eq!(asked.load(Ordering::Relaxed), 3);
-    assert_eq!(*watched.solved(), before);
+    assert_eq!(*watched.equilibrium(), before);
 
     let go_on = Watch::new(|_| ControlFlow::Continue(()));
     let mut watched = watched.watched_by(go_on);
@@ -318,7 +318,7 @@ fn largest(v: impl IntoIterator<Item = f64>) -> f64 {
 fn the_pose_of_these_tests_presses_on_both_obstacles() {
     let mut rig = rig();
     rig.solve(&pose()).unwrap();
-    let z = &rig.solved().in_cranium_frame;
+    let z = &rig.equilibrium().in_cranium_frame;
     let free = |n: &usize| rig.assembly().dofs().row(*n).is_some();
     let behind = (0..z.len()).filter(free).filter(|&n| z[n][0] < 0.001);
     let distance = |x: [f64; 3]| {
@@ -608,7 +608,7 @@ fn multigrid_finds_the_pose_that_factors_find() {
             ..RigParams::default()
         });
         rig.solve(&pose).unwrap();
-        (rig.solved().positions(), rig.work())
+        (rig.equilibrium().positions(), rig.work())
     };
     let (never, always) = (solved(MultigridUse::Never), solved(MultigridUse::Always));
     assert!(never.1.factorizations > 0 && never.1.linear_iterations == 0);

@@ -106,7 +106,7 @@ fn each_felt_element_counts_once_in_each_pass_and_no_other() {
 }
 
 #[test]
-fn a_definite_solve_of_a_closed_form_decomposes_and_filters_nothing() {
+fn a_definite_solve_of_a_closed_form_decomposes_and_projects_nothing() {
     let bar = bar(1.2);
     let body = bar.of(FLESH);
     bar.solve(&body);
@@ -140,18 +140,18 @@ fn a_model_of_the_stretches_decomposes_once_for_each_evaluation() {
 }
 
 #[test]
-fn squashed_flesh_is_filtered_and_stretched_flesh_is_not() {
-    let filtered = |stretch| {
+fn squashed_flesh_is_projected_and_stretched_flesh_is_not() {
+    let projected = |stretch| {
         let bar = bar(stretch);
         let body = bar.of(FLESH);
         bar.solve(&body);
         let done = body.evaluations();
-        // An isotropic model is filtered in the frame of its stretches.
+        // An isotropic model is projected in the frame of its stretches.
         assert_eq!(done.decompositions, done.projections);
         done.projections / bar.felt
     };
-    assert_eq!(filtered(1.2), 0);
-    assert!(filtered(0.3) > 0);
+    assert_eq!(projected(1.2), 0);
+    assert!(projected(0.3) > 0);
 }
 
 /// Fibers along the bar, each of the muscle that is said.
@@ -219,10 +219,10 @@ fn a_relaxed_fiber_without_passive_tension_is_not_evaluated_and_nothing_changes(
         let energy = (body.energy(at), body.gradient(at, &mut gradient).unwrap());
         body.hessian_vector(at, &bar.moved, &mut product).unwrap();
         body.hessian(at, HessianProjection::Clamp, &mut hessian);
-        let filtered = hessian.values().to_vec();
+        let projected = hessian.values().to_vec();
         body.hessian(at, HessianProjection::None, &mut hessian);
         let forces = body.forces_everywhere(at);
-        let sums = (gradient, product, hessian.values().to_vec(), filtered);
+        let sums = (gradient, product, hessian.values().to_vec(), projected);
         let done = body.evaluations() - before;
         (done.fibers, energy, sums, forces)
     };

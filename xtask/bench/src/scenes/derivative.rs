@@ -46,7 +46,7 @@ fn difference(
     muscle: usize,
     weights: &[(f64, f64)],
 ) -> Result<Vec<[f64; 3]>, Failure> {
-    let mut sum = vec![[0.0; 3]; rig.solved().in_cranium_frame.len()];
+    let mut sum = vec![[0.0; 3]; rig.equilibrium().in_cranium_frame.len()];
     for &(step, weight) in weights {
         let shape = rig.solve(&moved(pose, muscle, step))?.positions();
         for (s, x) in sum.iter_mut().zip(shape) {

@@ -16,7 +16,7 @@ static ENERGIES: AtomicUsize = AtomicUsize::new(0);
 static STRESSES: AtomicUsize = AtomicUsize::new(0);
 static DIFFERENTIALS: AtomicUsize = AtomicUsize::new(0);
 static DERIVATIVES: AtomicUsize = AtomicUsize::new(0);
-static FILTERED: AtomicUsize = AtomicUsize::new(0);
+static PROJECTED: AtomicUsize = AtomicUsize::new(0);
 static PULLS: AtomicUsize = AtomicUsize::new(0);
 
 fn add(counter: &AtomicUsize) {
@@ -43,13 +43,13 @@ impl Material<3> for Counting {
         add(&DERIVATIVES);
         FLESH.stress_derivative(F)
     }
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, 3>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, 3> {
-        add(&FILTERED);
-        FLESH.filtered_derivative(F, filter)
+        add(&PROJECTED);
+        FLESH.projected_derivative(F, projection)
     }
 }
 
@@ -85,14 +85,14 @@ impl PackedKernel for Width {
     }
 }
 
-/// The counters since the last call: energy, stress, differential, derivative, filtered, pulls.
+/// The counters since the last call: energy, stress, differential, derivative, projected, pulls.
 fn taken() -> [usize; 6] {
     [
         &ENERGIES,
         &STRESSES,
         &DIFFERENTIALS,
         &DERIVATIVES,
-        &FILTERED,
+        &PROJECTED,
         &PULLS,
     ]
     .map(|c| c.swap(0, Relaxed))
@@ -164,7 +164,7 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         body.control_gradient(at, 0, &mut rows).unwrap();
         (pulls, taken())
     };
-    // A filtered Hessian takes its five fibers one by one.
+    // A projected Hessian takes its five fibers one by one.
     let force = [0, 0, 0, 0, 0, each];
     assert_eq!(pulls_of_relaxed(&body), (4 * each + 5, force));
     let nothing = body_with(false, Stretch::Total);
