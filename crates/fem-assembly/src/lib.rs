@@ -74,9 +74,5 @@ pub use renewing::{RenewedSolution, RenewingError, solve_renewing};
 pub use shape::{ElementShape, Linear, Quadratic};
 pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
-pub use terms::{
-    Cavity, ContactPoint, Fiber, FleshContact, FleshContactParams, Gravity, Jet, NodalLoads,
-    Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance, Scaled,
-    Spring, Springs,
-};
+pub use terms::*;
 pub use walk::{WalkError, WalkedSolution, solve_walking};
