@@ -7,7 +7,7 @@
 //! ```
 //!
 //! over the velocities that the obstacles allow; v* is the grid velocity without internal force.
-//! Its Hessian is applied with the material's exact stress differential, or its filtered one where
+//! Its Hessian is applied with the material's exact stress differential, or its projected one where
 //! that is indefinite, and never assembled.
 
 use crate::body::Body;
@@ -200,7 +200,7 @@ impl<T: Float, M: DamageField<D>, S: Scheme, const D: usize> NonlinearProblem<D>
             *dP = match projection {
                 HessianProjection::None => material.stress_differential(&local, F, dP),
                 projection => material
-                    .filtered_derivative(&local, F, projection)
+                    .projected_derivative(&local, F, projection)
                     .apply(dP),
             };
         }

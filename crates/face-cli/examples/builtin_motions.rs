@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let face = probe.face();
     let scene = Scene::builtin(tets)?;
     let mut rig = scene.rig(RigParams::default())?;
-    let rest = rig.solved().clone();
+    let rest = rig.equilibrium().clone();
     let names = face.muscles.iter().filter_map(|m| m.strip_suffix("_L"));
     let mut poses: Vec<(String, Parameters)> = names
         .map(|m| (m.to_owned(), parameters(&scene, &[m], &["L", "R"], 1.0)))

@@ -150,7 +150,7 @@ fn a_pose_is_written_whole_and_never_over_other_files() {
     assert!(results["largest_displacement_mm"].as_f64().unwrap() > 2.0);
     let evaluated = &results["evaluations"];
     let count = |of: &str, pass: &str| evaluated[of][pass].as_u64().unwrap();
-    // Every step assembles once and more for each filtered try; muscles that pull are evaluated.
+    // Every step assembles once and more for each projected try; muscles that pull are evaluated.
     let (elements, fibers) = (count("elements", "hessians"), count("fibers", "hessians"));
     assert!(elements >= 1000 * results["newton_steps"].as_u64().unwrap());
     assert!(fibers > 0 && fibers < elements);

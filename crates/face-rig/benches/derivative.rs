@@ -54,7 +54,7 @@ fn derivative(criterion: &mut Criterion) {
         group.bench_function(name, |b| {
             b.iter(|| {
                 let sensitivity = rig.sensitivity().expect("stable");
-                sensitivity.jacobian(&points, &directions, route)
+                sensitivity.jacobian(&points, &directions, route).unwrap()
             });
         });
     }

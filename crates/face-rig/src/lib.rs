@@ -40,8 +40,8 @@
 //!
 //! // The muscle in the cranium's half pulls the middle toward the cranium, more so if it pulls more.
 //! let middle = (0..mesh.num_nodes()).find(at(0.04)).unwrap();
-//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(0)])[0];
-//! assert!(rig.solved().positions()[middle][2] < 0.04 && slope[middle][2] < 0.0);
+//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(0)])?[0];
+//! assert!(rig.equilibrium().positions()[middle][2] < 0.04 && slope[middle][2] < 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -1,4 +1,4 @@
-//! From a scene to forces: materials, fibers and fixed nodes as one assembly.
+//! From a scene to forces: materials, fibers and prescribed nodes as one assembly.
 
 use super::defect::{Defect, FibersDefect, MaterialDefect};
 use super::format::{Inversion, Volume};

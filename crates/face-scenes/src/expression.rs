@@ -151,9 +151,11 @@ pub fn fit_expression(
         ..
     } = report;
     let last = iterations.last();
-    let shape = rig.assembly().positions(&rig.solved().in_cranium_frame);
-    let shape = shape.map_err(|error| FitError::Pose(Box::new(error.into())))?;
-    let ratios = rig.assembly().volume_ratios(shape);
+    let shape = rig
+        .assembly()
+        .positions(&rig.equilibrium().in_cranium_frame);
+    let ratios = shape.and_then(|shape| rig.assembly().volume_ratios(shape));
+    let ratios = ratios.map_err(|error| FitError::Pose(Box::new(error.into())))?;
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
     let outcome = met(

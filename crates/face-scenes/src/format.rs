@@ -263,7 +263,7 @@ impl Default for NamesSpec {
 pub enum FibersSpec {
     /// CSV `tet,muscle,weight,fx,fy,fz`; several lines for one tet add up.
     Table(PathBuf),
-    /// A JSON file: a list of muscles with `name`, `half_thickness_m`, `closed_loop` and `fibres`, lists
+    /// A JSON file: a list of muscles with `name`, `half_thickness_m`, `closed_loop` and `fibers`, lists
     /// of points `point_m`; one line is the axis of a bundle, several lie in a sheet. The muscles are
     /// looked up by name.
     Curves(PathBuf),

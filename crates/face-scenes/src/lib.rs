@@ -16,8 +16,8 @@
 //!
 //! // The left corner of the mouth (landmark 54) rises, and would rise further with more tension.
 //! let corner = scene.landmark_points([54]).0[0];
-//! let risen = corner.position(&rig.solved().positions())[1] - corner.position(scene.mesh.nodes())[1];
-//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])[0];
+//! let risen = corner.position(&rig.equilibrium().positions())[1] - corner.position(scene.mesh.nodes())[1];
+//! let slope = &rig.sensitivity()?.columns(&[Direction::Activation(smile)])?[0];
 //! assert!(risen > 0.0 && corner.position(slope)[1] > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -125,7 +125,7 @@
 //! for what lies outside the flesh, and where muscles interlace they share a tetrahedron.
 //!
 //! * `muscles.fibers` may be `{ "curves": "muscles.json" }`: a list with `name`, `half_thickness_m`,
-//!   `closed_loop` and `fibres`, lists of `point_m`; one line is a bundle, several lie in a sheet with
+//!   `closed_loop` and `fibers`, lists of `point_m`; one line is a bundle, several lie in a sheet with
 //!   round borders. `without` leaves muscles of file or table out, `drawn` replaces them by name or
 //!   adds others ([`DrawnMuscle`]), `own` gives muscles a σ_max or an optimal stretch of their own
 //!   ([`OwnFibersSpec`]). `names` and `fibers` may be left out where all is drawn.

@@ -32,14 +32,14 @@ fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
     };
     let info = Newton::new(&problem).solve(&problem, &mut x, &params);
     let seconds = start.elapsed().as_secs_f64();
-    let shape = problem.positions(&x);
+    let shape = problem.positions(&x)?;
     let last = body
         .rest()
         .iter()
         .position(|p| *p == [SIZE; 3])
         .ok_or("no corner")?;
     let least = body
-        .volume_ratios(body.positions(&shape)?)
+        .volume_ratios(body.positions(&shape)?)?
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     println!(

@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let problem = Quasistatic::new(&assembly, now.clone(), vec![])?;
         let mut x = problem.unknowns();
         newton.solve(&problem, &mut x, &NewtonParams::default())?;
-        before = std::mem::replace(&mut now, problem.positions(&x));
+        before = std::mem::replace(&mut now, problem.positions(&x)?);
         // z₀ − g h² n (n + 1)/2
         let fallen = 0.5 * 9.81 * STEP * STEP * f64::from(step * (step + 1));
         let off = now

@@ -18,9 +18,12 @@ use std::sync::{Arc, OnceLock};
 /// results are given for the free nodes (x^U), in the numbering of [`Dofs`], 0 at prescribed axes. All sums have a fixed
 /// order: the same bits for any number of threads.
 ///
+/// A [`Configuration`] is made by [`Assembly::configuration`], which checks its lengths once; lists beside it are
+/// refused where they have another length than the assembly asks for.
+///
 /// # Panics
-/// The methods expect lists of the lengths of this assembly: a [`Configuration`] or [`Positions`] that it made itself,
-/// D numbers for each free node, one displacement for each node.
+/// The methods that return no error may panic in a [`Configuration`] that an assembly of fewer nodes or controls made,
+/// or with a matrix on another pattern than [`Assembly::pattern`].
 pub struct Assembly<const D: usize> {
     pub(crate) dofs: Dofs<D>,
     pub(crate) rest: Vec<[f64; D]>,
@@ -104,35 +107,6 @@ impl<const D: usize> Assembly<D> {
         self.elements.nodes_of(element)
     }
 
-    /// det F of every element at the given positions or configuration, the least of its quadrature
-    /// points; no material is evaluated.
-    pub fn volume_ratios<'a>(&self, at: impl Into<Positions<'a, D>>) -> Vec<f64> {
-        let at = at.into();
-        let of = |e: usize| {
-            self.deformation_gradients(e, at)
-                .map(|F| F.determinant())
-                .fold(f64::INFINITY, |least, J| if J >= least { least } else { J })
-        };
-        (0..self.elements.len()).map(of).collect()
-    }
-
-    /// F = Σₐ xₐ ∇Nₐᵀ at each quadrature point of an element; D_s D_m⁻¹ at the one of a linear one.
-    ///
-    /// # Panics
-    /// When there is no such element.
-    pub fn deformation_gradients<'a>(
-        &'a self,
-        element: usize,
-        at: impl Into<Positions<'a, D>>,
-    ) -> impl ExactSizeIterator<Item = fem_kinematics::Mat<f64, D>> {
-        let positions = at.into().as_slice();
-        let of = move |point| {
-            self.elements
-                .deformation_gradient(element, point, positions)
-        };
-        (0..self.elements.points_each).map(of)
-    }
-
     /// Energy of everything, prescribed elements included, joules; +∞ outside a term's domain.
     pub fn energy(&self, at: Configuration<D>) -> f64 {
         let prescribed = self.energies(at, false);
@@ -167,8 +141,8 @@ impl<const D: usize> Assembly<D> {
         outside.min()
     }
 
-    /// ∂E/∂x^U (minus the nodal forces, newtons); returns [`Assembly::free_energy`].
-    pub fn gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
+    /// [`Assembly::gradient`] of lists that were checked before.
+    pub(crate) fn trusted_gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
         self.count(Pass::Gradient, |summand| summand.felt(at.controls()));
         let energies = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
@@ -205,9 +179,8 @@ impl<const D: usize> Assembly<D> {
         forces
     }
 
-    /// (∂²E/∂x²) δx at every node, prescribed ones included, newtons: the adjoint of a load needs
-    /// the rows that [`Assembly::hessian_vector`] leaves out.
-    pub fn hessian_vector_everywhere(
+    /// [`Assembly::hessian_vector_everywhere`] of lists that were checked before.
+    pub(crate) fn trusted_hessian_vector_everywhere(
         &self,
         at: Configuration<D>,
         displacement: &[[f64; D]],
@@ -308,10 +281,8 @@ impl<const D: usize> Assembly<D> {
         hessian.fill_padding();
     }
 
-    /// (∂²E/∂x^U∂x) δx without a matrix, newtons; δx is given at every node, so that it serves both
-    /// the operator of a conjugate-gradient solve (δx = 0 at prescribed nodes) and the right-hand
-    /// side of document 000, eq. 9 (δx ≠ 0 only there).
-    pub fn hessian_vector(
+    /// [`Assembly::hessian_vector`] of lists that were checked before.
+    pub(crate) fn trusted_hessian_vector(
         &self,
         at: Configuration<D>,
         displacement: &[[f64; D]],
@@ -326,10 +297,13 @@ impl<const D: usize> Assembly<D> {
         self.clear_prescribed_axes(product);
     }
 
-    /// ∂²E/∂x^U∂c of one control: minus the force that it causes at 1 (document 000, eq. 4, for
-    /// the activation of a muscle). It does not depend on that control, but may on others: the force
-    /// of an activation is proportional to the strength of its muscle.
-    pub fn control_gradient(&self, at: Configuration<D>, control: usize, gradient: &mut [f64]) {
+    /// [`Assembly::control_gradient`] of lists that were checked before.
+    pub(crate) fn trusted_control_gradient(
+        &self,
+        at: Configuration<D>,
+        control: usize,
+        gradient: &mut [f64],
+    ) {
         let evaluated = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
             if control < summand.term.controls() {
                 summand.term.control_gradient(at, control, stencils, sink);
@@ -348,9 +322,12 @@ impl<const D: usize> Assembly<D> {
         self.clear_prescribed_axes(gradient);
     }
 
-    /// The largest t for which x + τ δx is in the domain of every term for 0 ≤ τ < t, as far as the
-    /// terms know it; +∞ where none says anything.
-    pub fn largest_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
+    /// [`Assembly::largest_step`] of lists that were checked before.
+    pub(crate) fn trusted_largest_step(
+        &self,
+        at: Configuration<D>,
+        displacement: &[[f64; D]],
+    ) -> f64 {
         let of = |summand: &Summand<D>| {
             let all = 0..summand.stencils.count();
             summand.term.largest_step(at, displacement, all)
@@ -358,9 +335,12 @@ impl<const D: usize> Assembly<D> {
         self.summands.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest t for which the present stencils hold everything that has an energy at x + τ δx
-    /// for 0 ≤ τ < t; +∞ where no term changes its stencils. See [`Assembly::renew`].
-    pub fn covered_step(&self, at: Configuration<D>, displacement: &[[f64; D]]) -> f64 {
+    /// [`Assembly::covered_step`] of lists that were checked before.
+    pub(crate) fn trusted_covered_step(
+        &self,
+        at: Configuration<D>,
+        displacement: &[[f64; D]],
+    ) -> f64 {
         let of = |summand: &Summand<D>| summand.term.covered_step(at, displacement);
         self.summands.iter().map(of).fold(f64::INFINITY, f64::min)
     }

@@ -125,6 +125,11 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
     fn summand(mut self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
         let stencils = term.stencils();
         stencils.check(self.summands.len(), self.rest.len())?;
+        if let (count, Some(node)) = (self.rest.len(), term.nodes().checked_sub(1))
+            && node >= count
+        {
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
         let first_energy = self.stencils;
         self.stencils += stencils.count();
         if u32::try_from(self.stencils).is_err() {

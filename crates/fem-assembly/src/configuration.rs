@@ -1,6 +1,6 @@
 //! Where an energy is evaluated: positions and controls, checked once.
 
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 
 /// Positions of all nodes (meters), as many as the assembly has and finite: where a question is one of
 /// geometry alone. [`Assembly::positions`](crate::Assembly::positions) makes them, and every
@@ -13,13 +13,7 @@ impl<'a, const D: usize> Positions<'a, D> {
         positions: &'a [[f64; D]],
         expected: usize,
     ) -> Result<Self, AssemblyError> {
-        if positions.len() != expected {
-            return Err(AssemblyError::WrongLength {
-                what: "positions",
-                found: positions.len(),
-                expected,
-            });
-        }
+        check_length("positions", positions.len(), expected)?;
         let infinite = |p: &[f64; D]| p.iter().any(|c| !c.is_finite());
         match positions.iter().position(infinite) {
             None => Ok(Self(positions)),
@@ -62,13 +56,7 @@ impl<'a, const D: usize> Configuration<'a, D> {
         (nodes, expected): (usize, usize),
     ) -> Result<Self, AssemblyError> {
         let positions = Positions::checked(positions, nodes)?;
-        if controls.len() != expected {
-            return Err(AssemblyError::WrongLength {
-                what: "controls",
-                found: controls.len(),
-                expected,
-            });
-        }
+        check_length("controls", controls.len(), expected)?;
         match controls.iter().position(|c| !c.is_finite()) {
             Some(index) => Err(AssemblyError::NotFinite {
                 what: "control",

@@ -6,7 +6,7 @@
 //! unknowns. A prescribed axis of a node that is free in another one has a place in them, which keeps
 //! its value, and none in the system that is solved: it is eliminated, too.
 
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 
 /// The index of a free node among the unknowns, or "prescribed".
 pub(crate) const PRESCRIBED: u32 = u32::MAX;
@@ -104,9 +104,10 @@ impl<const D: usize> Dofs<D> {
     pub fn unknowns(&self) -> usize {
         self.vector_len() - self.prescribed_axes.len()
     }
-    /// The block row of a node, `None` where it is prescribed.
+    /// The block row of a node, `None` where it is prescribed or does not exist.
     pub fn row(&self, node: usize) -> Option<usize> {
-        (self.rank[node] != PRESCRIBED).then_some(self.rank[node] as usize)
+        let rank = *self.rank.get(node)?;
+        (rank != PRESCRIBED).then_some(rank as usize)
     }
     /// Is this coordinate prescribed? False for a node or axis that does not exist.
     pub fn is_prescribed(&self, node: usize, axis: usize) -> bool {
@@ -128,14 +129,30 @@ impl<const D: usize> Dofs<D> {
         &self.rank
     }
     /// Reads the unknowns out of all positions.
-    pub fn gather(&self, all: &[[f64; D]]) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// When there is not one for each node.
+    pub fn gather(&self, all: &[[f64; D]]) -> Result<Vec<f64>, AssemblyError> {
+        check_length("positions", all.len(), self.nodes())?;
+        Ok(self.trusted_gather(all))
+    }
+    pub(crate) fn trusted_gather(&self, all: &[[f64; D]]) -> Vec<f64> {
         self.free_nodes
             .iter()
             .flat_map(|&n| all[n as usize])
             .collect()
     }
     /// Writes the unknowns into all positions; prescribed axes keep their value.
-    pub fn scatter(&self, unknowns: &[f64], all: &mut [[f64; D]]) {
+    ///
+    /// # Errors
+    /// When a list is not of the length [`Dofs::vector_len`] or [`Dofs::nodes`]; nothing is written then.
+    pub fn scatter(&self, unknowns: &[f64], all: &mut [[f64; D]]) -> Result<(), AssemblyError> {
+        check_length("unknowns", unknowns.len(), self.vector_len())?;
+        check_length("positions", all.len(), self.nodes())?;
+        self.trusted_scatter(unknowns, all);
+        Ok(())
+    }
+    pub(crate) fn trusted_scatter(&self, unknowns: &[f64], all: &mut [[f64; D]]) {
         let kept: Vec<f64> = self
             .prescribed_axes
             .iter()
@@ -180,10 +197,38 @@ mod tests {
             .collect();
         assert_eq!(prescribed, [(0, 0), (0, 1), (2, 1)]);
         let mut all = rest;
-        let mut unknowns = dofs.gather(&all);
+        let mut unknowns = dofs.gather(&all).unwrap();
         unknowns.iter_mut().for_each(|u| *u += 10.0);
-        dofs.scatter(&unknowns, &mut all);
+        dofs.scatter(&unknowns, &mut all).unwrap();
         assert_eq!(all, [[0.0, 0.0], [13.0, 10.0], [11.0, 1.0], [12.0, 11.0]]);
+    }
+
+    #[test]
+    fn lists_of_another_length_are_refused_and_left_as_they_are() {
+        let rest = [[0.0, 0.0], [3.0, 0.0], [1.0, 1.0]];
+        let dofs = Dofs::with_prescribed_nodes(&rest, &[1]).unwrap();
+        let wrong = |what, found, expected| AssemblyError::WrongLength {
+            what,
+            found,
+            expected,
+        };
+        for count in [2, 4] {
+            let mut all = vec![[7.0; 2]; count];
+            let error = wrong("positions", count, 3);
+            assert_eq!(dofs.gather(&all), Err(error.clone()));
+            assert_eq!(dofs.scatter(&[1.0; 4], &mut all), Err(error));
+            assert_eq!(all, vec![[7.0; 2]; count]);
+        }
+        for count in [3, 5] {
+            let mut all = rest;
+            let error = wrong("unknowns", count, 4);
+            assert_eq!(dofs.scatter(&vec![1.0; count], &mut all), Err(error));
+            assert_eq!(all, rest);
+        }
+        assert_eq!(
+            (dofs.row(2), dofs.row(1), dofs.row(3)),
+            (Some(1), None, None)
+        );
     }
 
     #[test]

@@ -339,7 +339,7 @@ fn projected_derivative<const D: usize, M: MaterialField<D>>(
     F: &Mat<f64, D>,
     projection: HessianProjection,
 ) -> fem_kinematics::Tensor4<f64, D> {
-    material.filtered_derivative(local, F, projection)
+    material.projected_derivative(local, F, projection)
 }
 
 struct ProductPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
@@ -527,7 +527,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
                 None => StencilKind::Element,
             },
             decompositions: points * u64::from(M::DECOMPOSES),
-            filter_decompositions: points * u64::from(M::FILTER_DECOMPOSES),
+            projection_decompositions: points * u64::from(M::PROJECTION_DECOMPOSES),
         }
     }
     fn idle_without(&self, stencil: usize) -> Option<usize> {

@@ -173,3 +173,19 @@ pub enum AssemblyError {
     #[error("places of the Hessian: {0}")]
     Pattern(#[from] PatternError),
 }
+
+/// That a list of `what` is as long as it must be.
+pub(crate) fn check_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), AssemblyError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(AssemblyError::WrongLength {
+        what,
+        found,
+        expected,
+    })
+}

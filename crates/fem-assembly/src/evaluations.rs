@@ -26,8 +26,8 @@ pub struct StencilCost {
     pub kind: StencilKind,
     /// Singular value decompositions of every evaluation.
     pub decompositions: u64,
-    /// Those of a filtered Hessian.
-    pub filter_decompositions: u64,
+    /// Those of a projected Hessian.
+    pub projection_decompositions: u64,
 }
 
 /// Evaluations of stencils by what was asked for.
@@ -69,7 +69,7 @@ pub struct Evaluations {
     pub others: Passes,
     /// Singular value decompositions of deformation gradients.
     pub decompositions: u64,
-    /// Stencils whose Hessian was filtered.
+    /// Stencils whose Hessian was projected.
     pub projections: u64,
     /// Looks for what is near ([`Assembly::renew`](crate::Assembly::renew)), one for each call of a
     /// body with contact; the candidates that a look weighs are not counted.
@@ -126,7 +126,7 @@ pub(crate) struct Counter {
 
 impl Counter {
     pub fn add(&self, pass: Pass, cost: StencilCost, stencils: u64) {
-        let (column, filters) = match pass {
+        let (column, projections) = match pass {
             Pass::Energy => (0, false),
             Pass::Gradient => (1, false),
             Pass::Hessian(projection) => (2, projection != HessianProjection::None),
@@ -134,12 +134,12 @@ impl Counter {
             Pass::ByControl => (4, false),
         };
         self.stencils[cost.kind as usize][column].fetch_add(stencils, Relaxed);
-        let each = match filters {
-            true => cost.filter_decompositions,
+        let each = match projections {
+            true => cost.projection_decompositions,
             false => cost.decompositions,
         };
         self.decompositions.fetch_add(each * stencils, Relaxed);
-        if filters {
+        if projections {
             self.projections.fetch_add(stencils, Relaxed);
         }
     }

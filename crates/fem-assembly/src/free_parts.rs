@@ -231,7 +231,7 @@ impl<const D: usize> Assembly<D> {
             None => [0.0; D],
         };
         let u: Vec<[f64; D]> = (0..self.rest.len()).map(of).collect();
-        self.hessian_vector_everywhere(at, &u)
+        self.trusted_hessian_vector_everywhere(at, &u)
     }
 
     /// (node, axis) of every prescribed coordinate that a part feels.
@@ -270,7 +270,7 @@ impl<const D: usize> Assembly<D> {
             for &node in nodes {
                 u[node] = rigid.combined(of_b, &x[node]);
             }
-            let forces = self.hessian_vector_everywhere(at, &u);
+            let forces = self.trusted_hessian_vector_everywhere(at, &u);
             for (a, of_a) in motions.iter().enumerate() {
                 let work = nodes.iter().map(|&node| {
                     let along = rigid.combined(of_a, &x[node]);
@@ -282,7 +282,7 @@ impl<const D: usize> Assembly<D> {
             for (k, &node) in nodes.iter().enumerate() {
                 u[node] = u[node].map(|u| if k % 2 == 0 { u } else { -u });
             }
-            let apart = self.hessian_vector_everywhere(at, &u);
+            let apart = self.trusted_hessian_vector_everywhere(at, &u);
             let sizes = nodes.iter().flat_map(|&node| apart[node]);
             scale = sizes.fold(scale, |m, f| m.max(f.abs()));
         }

@@ -22,7 +22,7 @@
 //! let swollen: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| p.map(|c| 1.1 * c)).collect();
 //! let mut gradient = vec![0.0; assembly.dofs().vector_len()];
 //! let at = assembly.configuration(&swollen, &[])?;
-//! let energy = assembly.gradient(at, &mut gradient);
+//! let energy = assembly.gradient(at, &mut gradient)?;
 //! // Only volume was added: every force points back, and their sum is zero.
 //! assert!(energy > 0.0 && gradient.iter().step_by(3).sum::<f64>().abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -31,6 +31,7 @@
 
 mod assembly;
 mod builder;
+mod checked;
 mod configuration;
 mod direction;
 mod dofs;
@@ -73,9 +74,5 @@ pub use renewing::{RenewedSolution, RenewingError, solve_renewing};
 pub use shape::{ElementShape, Linear, Quadratic};
 pub use sink::{EnergySink, GradientSink, HessianSink};
 pub use term::{Stencils, Term};
-pub use terms::{
-    Cavity, ContactPoint, Fiber, FleshContact, FleshContactParams, Gravity, Jet, NodalLoads,
-    Penalty, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance, Scaled,
-    Spring, Springs,
-};
+pub use terms::*;
 pub use walk::{WalkError, WalkedSolution, solve_walking};

@@ -52,7 +52,7 @@ fn solved(multigrid: bool, projection: ProjectionPolicy) -> Vec<[f64; 3]> {
     }
     let done = newton.solve(&problem, &mut x, &params).unwrap();
     assert!(done.iterations > 2);
-    problem.positions(&x)
+    problem.positions(&x).unwrap()
 }
 
 #[test]

@@ -29,8 +29,8 @@ use std::sync::Arc;
 /// let mut x = problem.unknowns();
 /// let info = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default())?;
 /// assert!(info.iterations < 10);
-/// let shape = problem.positions(&x);
-/// assert!(assembly.volume_ratios(assembly.positions(&shape)?).iter().all(|&j| j > 0.9));
+/// let shape = problem.positions(&x)?;
+/// assert!(assembly.volume_ratios(assembly.positions(&shape)?)?.iter().all(|&j| j > 0.9));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -78,23 +78,32 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
 
     /// The first guess for the unknowns.
     pub fn unknowns(&self) -> Vec<f64> {
-        self.assembly.dofs().gather(&self.positions)
+        self.assembly.dofs().trusted_gather(&self.positions)
     }
 
-    /// All positions for given unknowns.
-    pub fn positions(&self, unknowns: &[f64]) -> Vec<[f64; D]> {
+    /// All positions for given unknowns, meters.
+    ///
+    /// # Errors
+    /// When there are not [`Dofs::vector_len`](crate::Dofs::vector_len) of them.
+    pub fn positions(&self, unknowns: &[f64]) -> Result<Vec<[f64; D]>, AssemblyError> {
         let mut all = self.positions.clone();
-        self.assembly.dofs().scatter(unknowns, &mut all);
+        self.assembly.dofs().scatter(unknowns, &mut all)?;
+        Ok(all)
+    }
+
+    pub(crate) fn trusted_positions(&self, unknowns: &[f64]) -> Vec<[f64; D]> {
+        let mut all = self.positions.clone();
+        self.assembly.dofs().trusted_scatter(unknowns, &mut all);
         all
     }
 
     /// [`Assembly::covered_step`] of a step of the unknowns.
     pub(crate) fn covered_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let mut displacement = vec![[0.0; D]; self.positions.len()];
-        self.assembly.dofs().scatter(dx, &mut displacement);
-        let positions = self.positions(x);
+        self.assembly.dofs().trusted_scatter(dx, &mut displacement);
+        let positions = self.trusted_positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
-        self.assembly.covered_step(at, &displacement)
+        self.assembly.trusted_covered_step(at, &displacement)
     }
 
     /// The assembly that is in equilibrium.
@@ -116,20 +125,22 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         Some(self.assembly.pattern().clone())
     }
     fn energy(&self, x: &[f64]) -> f64 {
-        self.assembly
-            .free_energy(Configuration::trusted(&self.positions(x), &self.controls))
+        self.assembly.free_energy(Configuration::trusted(
+            &self.trusted_positions(x),
+            &self.controls,
+        ))
     }
     fn gradient(&self, x: &[f64], g: &mut [f64]) {
         self.energy_and_gradient(x, g);
     }
     fn energy_and_gradient(&self, x: &[f64], g: &mut [f64]) -> f64 {
-        self.assembly.gradient(
-            Configuration::trusted(&self.positions(x), &self.controls),
+        self.assembly.trusted_gradient(
+            Configuration::trusted(&self.trusted_positions(x), &self.controls),
             g,
         )
     }
     fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<D>) {
-        let positions = self.positions(x);
+        let positions = self.trusted_positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
         self.assembly.hessian(at, projection, out);
     }
@@ -143,7 +154,7 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         share: f64,
         out: &mut BlockSymmetric<D>,
     ) {
-        let positions = self.positions(x);
+        let positions = self.trusted_positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
         self.assembly.one_sided_hessian(at, projection, share, out);
     }
@@ -152,10 +163,10 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     }
     fn largest_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let mut displacement = vec![[0.0; D]; self.positions.len()];
-        self.assembly.dofs().scatter(dx, &mut displacement);
-        let positions = self.positions(x);
+        self.assembly.dofs().trusted_scatter(dx, &mut displacement);
+        let positions = self.trusted_positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
-        self.assembly.largest_step(at, &displacement)
+        self.assembly.trusted_largest_step(at, &displacement)
     }
     /// [`Assembly::force_scales`] times how far the body is strained, the largest ratio of the forces
     /// that meet in a node to its scale, at most 1; never more than the largest of those forces, so
@@ -164,7 +175,7 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
     /// a stiff one.
     fn gradient_scales(&self, x: &[f64]) -> Option<Vec<f64>> {
         let scales = self.assembly.force_scales()?;
-        let positions = self.positions(x);
+        let positions = self.trusted_positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
         let forces = self.assembly.absolute_forces(at);
         let ratios = forces.iter().zip(scales).map(|(f, s)| f / s);
@@ -177,7 +188,7 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         self.assembly.force_scales().map(<[f64]>::to_vec)
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
-        let positions = self.positions(x);
+        let positions = self.trusted_positions(x);
         let at = Configuration::trusted(&positions, &self.controls);
         let mut floor = self.assembly.absolute_forces(at);
         floor.iter_mut().for_each(|f| *f *= 4.0 * f64::EPSILON);

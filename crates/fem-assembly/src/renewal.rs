@@ -34,6 +34,7 @@ impl<const D: usize> Assembly<D> {
     /// [`AssemblyBuilder::build`](crate::AssemblyBuilder::build) of the new stencils; the assembly is
     /// then no longer usable.
     pub fn renew(&mut self, at: Configuration<D>) -> Result<bool, AssemblyError> {
+        self.check_configuration(at)?;
         self.renewed(|term| term.renew(at))
     }
 
@@ -48,12 +49,13 @@ impl<const D: usize> Assembly<D> {
     /// The same for a step by `displacement` that is about to be taken ([`Term::renew_along`]).
     ///
     /// # Errors
-    /// As [`Assembly::renew`].
+    /// As [`Assembly::renew`]; before anything is changed, where there is not one displacement for each node.
     pub fn renew_along(
         &mut self,
         at: Configuration<D>,
         displacement: &[[f64; D]],
     ) -> Result<bool, AssemblyError> {
+        self.check_displacement(at, displacement)?;
         self.renewed(|term| term.renew_along(at, displacement))
     }
 

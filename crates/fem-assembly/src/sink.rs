@@ -171,7 +171,11 @@ impl<const D: usize> GradientSink<'_, D> {
         }
     }
 
-    /// Takes the blocks of a Hessian and adds their product with a displacement of every node.
+    /// Takes the blocks of a Hessian and adds their product with a displacement of every node, such as
+    /// [`Term::hessian_vector`](crate::Term::hessian_vector) is given.
+    ///
+    /// # Panics
+    /// The blocks' sink does, where a node of a stencil has no displacement.
     #[must_use]
     pub fn product_with<'b>(&'b mut self, displacement: &'b [[f64; D]]) -> HessianSink<'b, D> {
         HessianSink {

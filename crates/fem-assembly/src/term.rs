@@ -13,7 +13,8 @@ use std::ops::Range;
 /// others; every stencil of the run must be written, in ascending order, and the same stencil must
 /// always give the same numbers. `crates/fem-assembly/examples/own_term.rs` is a complete one.
 ///
-/// A method may rely on the lengths of positions and controls; the positions may be any numbers.
+/// A method may rely on the lengths of positions, displacements (one for each node) and controls, which
+/// the assembly has checked; the positions may be any numbers.
 /// Where eₛ is undefined it is +∞ (NaN counts as +∞ in the sum).
 pub trait Term<const D: usize>: Send + Sync {
     /// The nodes of every stencil; asked for once, and again whenever [`Term::renew`] says so.
@@ -46,6 +47,12 @@ pub trait Term<const D: usize>: Send + Sync {
     ) {
         let mut product = sink.product_with(displacement);
         self.hessian(at, HessianProjection::None, stencils, &mut product);
+    }
+
+    /// How many nodes an assembly needs for it, where its stencils may come to name others than they
+    /// do now; those that they name are known.
+    fn nodes(&self) -> usize {
+        0
     }
 
     /// How many controls an evaluation needs: one more than the largest index read.

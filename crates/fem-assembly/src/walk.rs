@@ -74,7 +74,7 @@ pub enum WalkError<const D: usize> {
 /// let mut newton = Newton::new(&Quasistatic::new(&body, rest.clone(), vec![])?);
 /// let (params, walk) = (NewtonParams::default(), ContinuationParams::default());
 /// let there = solve_walking(&mut body, &mut newton, rest, &pushed, &[], &params, &walk)?;
-/// assert!(body.volume_ratios(body.positions(&there.positions)?).iter().all(|&j| j > 0.3));
+/// assert!(body.volume_ratios(body.positions(&there.positions)?)?.iter().all(|&j| j > 0.3));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

@@ -8,7 +8,7 @@ use crate::tensor4::Tensor4;
 /// The treatment of negative eigenvalues of an element's dP/dF.
 ///
 /// A strained body can be stable as a whole while most of its elements are indefinite, so a
-/// solver starts with [`HessianProjection::None`] and filters only when it meets negative
+/// solver starts with [`HessianProjection::None`] and projects only when it meets negative
 /// curvature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HessianProjection {
@@ -24,7 +24,7 @@ pub enum HessianProjection {
 }
 
 impl HessianProjection {
-    /// The filter on one eigenvalue.
+    /// The projection on one eigenvalue.
     #[inline(always)]
     pub fn eigenvalue<T: Real>(self, value: T) -> T {
         match self {
@@ -34,7 +34,7 @@ impl HessianProjection {
         }
     }
 
-    /// The filter on a symmetric 2×2 matrix [[α, β], [β, α]]: returns the new (α, β).
+    /// The projection on a symmetric 2×2 matrix [[α, β], [β, α]]: returns the new (α, β).
     #[inline(always)]
     pub fn twin<T: Real>(self, alpha: T, beta: T) -> (T, T) {
         let half = T::from_f64(0.5);
@@ -46,7 +46,7 @@ impl HessianProjection {
         )
     }
 
-    /// The filter on a symmetric N×N matrix, by its eigenvalues.
+    /// The projection on a symmetric N×N matrix, by its eigenvalues.
     #[inline(always)]
     pub fn matrix<T: Real, const D: usize>(self, A: &Mat<T, D>) -> Mat<T, D> {
         if self == Self::None {
@@ -57,7 +57,7 @@ impl HessianProjection {
         scaled.mul_tr(&vectors)
     }
 
-    /// The filter on the whole tensor, by the eigenvalues of its D²×D² matrix; the slow way that
+    /// The projection on the whole tensor, by the eigenvalues of its D²×D² matrix; the slow way that
     /// works for every model.
     #[inline(always)]
     pub fn apply<T: Real, const D: usize>(self, derivative: &Tensor4<T, D>) -> Tensor4<T, D> {

@@ -7,15 +7,15 @@ use crate::tensor4::Tensor4;
 
 /// V diag(f(λ)) Vᵀ, and the λ.
 #[inline(always)]
-fn filtered<T: Real, const N: usize>(
+fn projected<T: Real, const N: usize>(
     flat: [[T; N]; N],
-    mut filter: impl FnMut(T) -> T,
+    mut projection: impl FnMut(T) -> T,
 ) -> ([[T; N]; N], [T; N]) {
     // A power of two brings the entries near 1, where the eigen-solver's squares are safe.
     let (scale, inverse) = crate::frame::safe_scale_of(flat.iter().flatten().copied());
     let (values, V) = jacobi_eigen(&flat.map(|row| row.map(|x| x * scale)));
     let values = values.map(|x| x * inverse);
-    let kept = values.map(&mut filter);
+    let kept = values.map(&mut projection);
     let mut result = [[T::zero(); N]; N];
     for i in 0..N {
         for j in i..N {
@@ -31,22 +31,22 @@ fn filtered<T: Real, const N: usize>(
 }
 
 impl<T: Real, const D: usize> Tensor4<T, D> {
-    /// The symmetric part of the tensor with each eigenvalue λ replaced by `filter(λ)`:
+    /// The symmetric part of the tensor with each eigenvalue λ replaced by `projection(λ)`:
     /// `|x| x.max(T::zero())` gives the nearest positive semidefinite tensor, `T::abs` flips.
     ///
     /// A D²×D² eigen-solve to rounding, repeated eigenvalues included, for any model; slow beside a
     /// model's own blocks.
     #[inline(always)]
-    pub fn project(&self, filter: impl FnMut(T) -> T) -> Self {
+    pub fn project(&self, projection: impl FnMut(T) -> T) -> Self {
         let sym = self.symmetric_part();
         if D == 2 {
             from_flat(
-                &filtered(to_flat(&sym, &ROW_MAJOR_2D), filter).0,
+                &projected(to_flat(&sym, &ROW_MAJOR_2D), projection).0,
                 &ROW_MAJOR_2D,
             )
         } else {
             from_flat(
-                &filtered(to_flat(&sym, &ROW_MAJOR_3D), filter).0,
+                &projected(to_flat(&sym, &ROW_MAJOR_3D), projection).0,
                 &ROW_MAJOR_3D,
             )
         }
@@ -68,9 +68,9 @@ impl<const D: usize> Tensor4<f64, D> {
     pub fn eigenvalues(&self) -> Vec<f64> {
         let sym = self.symmetric_part();
         let mut values = if D == 2 {
-            filtered(to_flat(&sym, &ROW_MAJOR_2D), |x| x).1.to_vec()
+            projected(to_flat(&sym, &ROW_MAJOR_2D), |x| x).1.to_vec()
         } else {
-            filtered(to_flat(&sym, &ROW_MAJOR_3D), |x| x).1.to_vec()
+            projected(to_flat(&sym, &ROW_MAJOR_3D), |x| x).1.to_vec()
         };
         values.sort_by(f64::total_cmp);
         values

@@ -278,23 +278,26 @@ fn linear_algebra_identities() {
     identities::<3>();
 }
 
-/// In closed form: what each filter makes of eigenvalues, one by one, of twins and of matrices.
+/// In closed form: what each projection makes of eigenvalues, one by one, of twins and of matrices.
 #[test]
-fn filters_act_on_eigenvalues() {
+fn projections_act_on_eigenvalues() {
     use HessianProjection::{Absolute, Clamp, None};
-    for (filter, [low, high]) in [
+    for (projection, [low, high]) in [
         (None, [-3.0, 2.0]),
         (Clamp, [0.0, 2.0]),
         (Absolute, [3.0, 2.0]),
     ] {
-        assert_eq!([-3.0, 2.0].map(|v: f64| filter.eigenvalue(v)), [low, high]);
+        assert_eq!(
+            [-3.0, 2.0].map(|v: f64| projection.eigenvalue(v)),
+            [low, high]
+        );
         // [[α, β], [β, α]] has α + β and α − β.
-        let (alpha, beta) = filter.twin(-0.5, 2.5);
+        let (alpha, beta) = projection.twin(-0.5, 2.5);
         assert_eq!((alpha, beta), ((high + low) / 2.0, (high - low) / 2.0));
         let Q = Random(5).rotation::<3>();
         let with = |d: [f64; 3]| (Q * Mat::from_diagonal(d)).mul_tr(&Q);
         let A = with([2.0, 0.5, -3.0]);
-        close(filter.matrix(&A), with([high, 0.5, low]), 1e-14);
+        close(projection.matrix(&A), with([high, 0.5, low]), 1e-14);
     }
 }
 

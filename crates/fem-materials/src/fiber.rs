@@ -141,20 +141,20 @@ impl<T: Real> FiberTerm<T> {
         self.derivative(law, F, &self.pull(law, F), HessianProjection::None)
     }
 
-    /// ∂P/∂F with its negative eigenvalues filtered.
+    /// ∂P/∂F with its negative eigenvalues projected.
     ///
     /// For the plain stretch the eigenvalues are T′ (once, along F a₀), T/λ (twice, across it)
-    /// and 0 (six times), all times |a₀|², so filtering the two numbers is exact; this answers
+    /// and 0 (six times), all times |a₀|², so projecting the two numbers is exact; this answers
     /// the open question of document 000, 5.6. The isochoric stretch has no such form and goes
     /// through the 9×9 matrix.
     #[inline(always)]
-    pub fn filtered_derivative<C: TensionCurve>(
+    pub fn projected_derivative<C: TensionCurve>(
         &self,
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, 3> {
-        self.derivative(law, F, &self.pull(law, F), filter)
+        self.derivative(law, F, &self.pull(law, F), projection)
     }
 
     /// The 3×3 matrix k of the plain stretch with dP = (k dF a₀) a₀ᵀ: T/λ across the fiber, T′
@@ -165,13 +165,13 @@ impl<T: Real> FiberTerm<T> {
         &self,
         curve: &C,
         F: &Mat<T, 3>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Mat<T, 3> {
         let law = FiberLaw {
             curve,
             stretch: Stretch::Total,
         };
-        self.pull(&law, F).kernel(filter)
+        self.pull(&law, F).kernel(projection)
     }
 
     /// ψ and P together.
@@ -192,13 +192,13 @@ impl<T: Real> FiberTerm<T> {
         &self,
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Evaluation<T, 3> {
         let pull = self.pull(law, F);
         Evaluation {
             energy: self.guarded(law, F, pull.energy),
             stress: self.gradient(law, F, &pull).scale(pull.tension),
-            derivative: self.derivative(law, F, &pull, filter),
+            derivative: self.derivative(law, F, &pull, projection),
         }
     }
 
@@ -261,12 +261,12 @@ impl<T: Real> FiberTerm<T> {
         law: &FiberLaw<C>,
         F: &Mat<T, 3>,
         pull: &Pull<T>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, 3> {
         let a = self.direction;
         match law.stretch {
             Stretch::Total => {
-                let kernel = pull.kernel(filter);
+                let kernel = pull.kernel(projection);
                 Tensor4(core::array::from_fn(|j| {
                     core::array::from_fn(|l| kernel.scale(a[j] * a[l]))
                 }))
@@ -290,7 +290,7 @@ impl<T: Real> FiberTerm<T> {
                         terms.0.0[j][l] += across.scale(a[j] * a[l]);
                     }
                 }
-                filter.apply(&terms.0)
+                projection.apply(&terms.0)
             }
         }
     }
@@ -370,13 +370,13 @@ impl<C: TensionCurve + Clone> MaterialField<3> for FiberLaw<C> {
         fiber.stress_derivative(self, F)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         fiber: &FiberTerm<T>,
         F: &Mat<T, 3>,
         projection: HessianProjection,
     ) -> Tensor4<T, 3> {
-        fiber.filtered_derivative(self, F, projection)
+        fiber.projected_derivative(self, F, projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, fiber: &FiberTerm<T>, F: &Mat<T, 3>) -> (T, Mat<T, 3>) {
@@ -405,9 +405,9 @@ impl<T: Real> Pull<T> {
     }
     /// T/λ (I − u uᵀ) + T′ u uᵀ for the plain stretch.
     #[inline(always)]
-    fn kernel(&self, filter: HessianProjection) -> Mat<T, 3> {
-        let across = filter.eigenvalue(self.tension * self.inverse_length);
-        let along = filter.eigenvalue(self.stiffness);
+    fn kernel(&self, projection: HessianProjection) -> Mat<T, 3> {
+        let across = projection.eigenvalue(self.tension * self.inverse_length);
+        let along = projection.eigenvalue(self.stiffness);
         let mut k = Mat::outer(self.u, self.u).scale(along - across);
         for i in 0..3 {
             k.0[i][i] += across;

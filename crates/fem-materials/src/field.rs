@@ -71,8 +71,8 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
     /// Whether every evaluation decomposes F into rotations and stretches.
     const DECOMPOSES: bool = false;
 
-    /// Whether a filtered derivative does.
-    const FILTER_DECOMPOSES: bool = false;
+    /// Whether a projected derivative does.
+    const PROJECTION_DECOMPOSES: bool = false;
 
     /// ψ(F; p), joules per cubic meter of rest volume (per square meter in 2D).
     fn energy<T: Real>(&self, local: &Self::Local<T>, F: &Mat<T, D>) -> T;
@@ -96,7 +96,7 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
 
     /// ∂P/∂F with its negative eigenvalues treated as `projection` says.
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         local: &Self::Local<T>,
         F: &Mat<T, D>,
@@ -111,7 +111,7 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
         (self.energy(local, F), self.stress(local, F))
     }
 
-    /// ψ, P and the filtered ∂P/∂F together.
+    /// ψ, P and the projected ∂P/∂F together.
     #[inline(always)]
     fn evaluate<T: Real>(
         &self,
@@ -123,7 +123,7 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
         Evaluation {
             energy,
             stress,
-            derivative: self.filtered_derivative(local, F, projection),
+            derivative: self.projected_derivative(local, F, projection),
         }
     }
 
@@ -137,7 +137,7 @@ pub trait MaterialField<const D: usize>: Clone + Send + Sync {
 impl<const D: usize, M: Material<D>> MaterialField<D> for M {
     type Local<T: Real> = ();
     const DECOMPOSES: bool = M::DECOMPOSES;
-    const FILTER_DECOMPOSES: bool = M::DECOMPOSES || matches!(M::SYMMETRY, Symmetry::Isotropic);
+    const PROJECTION_DECOMPOSES: bool = M::DECOMPOSES || matches!(M::SYMMETRY, Symmetry::Isotropic);
 
     #[inline(always)]
     fn energy<T: Real>(&self, (): &(), F: &Mat<T, D>) -> T {
@@ -156,13 +156,13 @@ impl<const D: usize, M: Material<D>> MaterialField<D> for M {
         Material::stress_derivative(self, F)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         (): &(),
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        Material::filtered_derivative(self, F, projection)
+        Material::projected_derivative(self, F, projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, (): &(), F: &Mat<T, D>) -> (T, Mat<T, D>) {
@@ -198,7 +198,7 @@ pub struct ScaledMaterial<M>(pub M);
 impl<const D: usize, M: Material<D>> MaterialField<D> for ScaledMaterial<M> {
     type Local<T: Real> = Local1<T>;
     const DECOMPOSES: bool = M::DECOMPOSES;
-    const FILTER_DECOMPOSES: bool = <M as MaterialField<D>>::FILTER_DECOMPOSES;
+    const PROJECTION_DECOMPOSES: bool = <M as MaterialField<D>>::PROJECTION_DECOMPOSES;
 
     #[inline(always)]
     fn energy<T: Real>(&self, s: &Local1<T>, F: &Mat<T, D>) -> T {
@@ -222,14 +222,14 @@ impl<const D: usize, M: Material<D>> MaterialField<D> for ScaledMaterial<M> {
         Material::stress_derivative(&self.0, F).scale(s.0)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         s: &Local1<T>,
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
         // s ≥ 0: the eigenvalues keep their signs.
-        Material::filtered_derivative(&self.0, F, projection).scale(s.0)
+        Material::projected_derivative(&self.0, F, projection).scale(s.0)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, s: &Local1<T>, F: &Mat<T, D>) -> (T, Mat<T, D>) {
@@ -281,13 +281,13 @@ where
         self.field.stress_derivative(&self.splat::<T, _>(), F)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
         self.field
-            .filtered_derivative(&self.splat::<T, _>(), F, projection)
+            .projected_derivative(&self.splat::<T, _>(), F, projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {

@@ -36,7 +36,7 @@ pub struct Evaluation<T, const D: usize> {
 pub trait Material<const D: usize>: Copy + Send + Sync {
     /// Whether the rest shape has preferred directions.
     const SYMMETRY: Symmetry = Symmetry::Anisotropic;
-    /// Whether every evaluation decomposes F into rotations and stretches; a filtered derivative of an
+    /// Whether every evaluation decomposes F into rotations and stretches; a projected derivative of an
     /// isotropic model does in any case.
     const DECOMPOSES: bool = false;
 
@@ -58,7 +58,7 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
     /// ∂P/∂F with its negative eigenvalues treated as `projection` says: block by block for an
     /// isotropic model, else through the whole D²×D² matrix.
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
         projection: HessianProjection,
@@ -66,7 +66,7 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
         match (projection, Self::SYMMETRY) {
             (HessianProjection::None, _) => self.stress_derivative(F),
             (_, Symmetry::Isotropic) => {
-                isotropic::filtered(F, projection, |F_hat| self.stress_derivative(F_hat))
+                isotropic::projected(F, projection, |F_hat| self.stress_derivative(F_hat))
             }
             (_, Symmetry::Anisotropic) => projection.apply(&self.stress_derivative(F)),
         }
@@ -78,14 +78,14 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
         (self.energy(F), self.stress(F))
     }
 
-    /// ψ, P and the filtered dP/dF together.
+    /// ψ, P and the projected dP/dF together.
     #[inline(always)]
     fn evaluate<T: Real>(&self, F: &Mat<T, D>, projection: HessianProjection) -> Evaluation<T, D> {
         let (energy, stress) = self.energy_and_stress(F);
         Evaluation {
             energy,
             stress,
-            derivative: self.filtered_derivative(F, projection),
+            derivative: self.projected_derivative(F, projection),
         }
     }
 }

@@ -33,19 +33,19 @@ impl<const D: usize, M: Material<D>> Material<D> for Outlined<M> {
         self.0.stress_derivative(F)
     }
     #[inline(never)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        self.0.filtered_derivative(F, filter)
+        self.0.projected_derivative(F, projection)
     }
     #[inline(never)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
         self.0.energy_and_stress(F)
     }
     #[inline(never)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
-        self.0.evaluate(F, filter)
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, projection: HessianProjection) -> Evaluation<T, D> {
+        self.0.evaluate(F, projection)
     }
 }

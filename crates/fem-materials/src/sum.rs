@@ -7,7 +7,7 @@ use fem_kinematics::{Mat, Real, Tensor4};
 
 /// ψ = ψ₁ + ψ₂.
 ///
-/// Where both parts are isotropic the sum is filtered as one; otherwise part by part, which
+/// Where both parts are isotropic the sum is projected as one; otherwise part by part, which
 /// gives a (somewhat stiffer) definite derivative too.
 ///
 /// ```
@@ -43,16 +43,19 @@ impl<const D: usize, M: Material<D>, N: Material<D>> Material<D> for Sum<M, N> {
         self.0.stress_derivative(F) + self.1.stress_derivative(F)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
         match <Self as Material<D>>::SYMMETRY {
-            Symmetry::Isotropic if filter != HessianProjection::None => {
-                isotropic::filtered(F, filter, |F_hat| self.stress_derivative(F_hat))
+            Symmetry::Isotropic if projection != HessianProjection::None => {
+                isotropic::projected(F, projection, |F_hat| self.stress_derivative(F_hat))
             }
-            _ => self.0.filtered_derivative(F, filter) + self.1.filtered_derivative(F, filter),
+            _ => {
+                self.0.projected_derivative(F, projection)
+                    + self.1.projected_derivative(F, projection)
+            }
         }
     }
     #[inline(always)]

@@ -97,7 +97,7 @@ impl Body {
             }
         };
         Ok(Equilibrium {
-            positions: problem.positions(&x),
+            positions: problem.positions(&x)?,
             info,
         })
     }

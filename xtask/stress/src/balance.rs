@@ -142,7 +142,7 @@ pub fn kept(
     everywhere: &[[f64; 3]],
     params: &NewtonParams,
     info: &NewtonInfo,
-) -> Evidence {
+) -> Result<Evidence, Failure> {
     let floor = rounding(problem, x);
     let promised = |i: usize, share: f64| match info.stop {
         StopReason::Gradient => params.gradient_tolerance,
@@ -151,10 +151,10 @@ pub fn kept(
         // A step tolerance promises no force.
         _ => f64::NAN,
     };
-    Evidence {
+    Ok(Evidence {
         steps: info.iterations,
-        ..worst(problem, x, everywhere, params, &floor, promised)
-    }
+        ..worst(problem, x, everywhere, params, &floor, promised)?
+    })
 }
 
 /// The same where nobody says which test was met: the weakest promise.
@@ -163,7 +163,7 @@ pub fn kept_to_rounding(
     x: &[f64],
     everywhere: &[[f64; 3]],
     params: &NewtonParams,
-) -> Evidence {
+) -> Result<Evidence, Failure> {
     let floor = rounding(problem, x);
     let promised = |i: usize, share: f64| share.max(floor[i]);
     worst(problem, x, everywhere, params, &floor, promised)
@@ -176,9 +176,9 @@ fn worst(
     params: &NewtonParams,
     floor: &[f64],
     promised: impl Fn(usize, f64) -> f64,
-) -> Evidence {
+) -> Result<Evidence, Failure> {
     let dofs = problem.assembly().dofs();
-    let left = dofs.gather(everywhere);
+    let left = dofs.gather(everywhere)?;
     let scales = problem.gradient_scales(x);
     let mut worst = Evidence::default();
     for (i, force) in left.iter().enumerate() {
@@ -196,7 +196,7 @@ fn worst(
             ..Evidence::default()
         });
     }
-    worst
+    Ok(worst)
 }
 
 /// 4 ε times Σⱼ |Kᵢⱼ| |xⱼ|, and what the problem says of its own sums, whichever is larger (N).

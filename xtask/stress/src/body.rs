@@ -248,7 +248,7 @@ impl Body {
         let forces = balance::forces(self, positions)?;
         let problem = Quasistatic::new(assembly, positions.to_vec(), vec![])?;
         let x = problem.unknowns();
-        Ok(balance::kept(&problem, &x, &forces, params, info))
+        balance::kept(&problem, &x, &forces, params, info)
     }
 }
 

@@ -37,7 +37,7 @@ pub fn pose(scene: &Scene, activations: f64, degrees: f64) -> Parameters {
 /// Solves a pose, and trusts nothing.
 pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence, Failure> {
     rig.solve(pose)?;
-    let z = rig.solved().in_cranium_frame.clone();
+    let z = rig.equilibrium().in_cranium_frame.clone();
     if !z.as_flattened().iter().all(|c| c.is_finite()) {
         return Err(Failure::lie("a pose that is not finite"));
     }
@@ -46,7 +46,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
     if !rig.assembly().energy(at).is_finite() {
         return Err(Failure::lie("a pose whose energy is not finite"));
     }
-    let ratios = rig.assembly().volume_ratios(at);
+    let ratios = rig.assembly().volume_ratios(at)?;
     let forces = forces(scene, &z, &pose.activations)?;
     let problem = Quasistatic::new(rig.assembly(), z.clone(), controls)?;
     let left = balance::kept_to_rounding(
@@ -54,7 +54,7 @@ pub fn solve(scene: &Scene, rig: &mut Rig, pose: &Parameters) -> Result<Evidence
         &problem.unknowns(),
         &forces,
         &RigParams::default().newton,
-    );
+    )?;
     let work = rig.work();
     let smallest = ratios.iter().copied().fold(f64::INFINITY, f64::min);
     Ok(Evidence {

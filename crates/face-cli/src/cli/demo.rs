@@ -10,7 +10,7 @@ use super::progress::bar;
 use super::source::{Source, builtin};
 use face_rig::anatomy::EmbeddedPoint;
 use face_rig::fit::{CraniumModel, FitIteration, FitParams, Goal, Parametrization};
-use face_rig::rig::{EmbeddedPoints, Rig, RigParams};
+use face_rig::rig::{EmbeddedPoints, Rig, RigError, RigParams};
 use face_scenes::builtin::BuiltinFace;
 use face_scenes::{
     ExpressionFit, Observed, Scene, Target, TargetKind, fit_expression, parse_activations,
@@ -87,7 +87,7 @@ pub fn run(args: &DemoArgs, output: &OutputArgs, clock: Clock) -> Result<(), Fai
         landmarks: &landmarks,
         progress: &progress,
     };
-    let rest = rig.solved().clone();
+    let rest = rig.equilibrium().clone();
     let mut done: Vec<Done> = Vec::new();
     for (name, settings, degrees) in EXPRESSIONS {
         let mut truth = parse_activations(&scene.muscles, settings.iter().copied())?;
@@ -162,7 +162,7 @@ impl Demo<'_> {
     /// Where the flesh is for these numbers.
     fn pose(&self, name: &str, rig: &mut Rig, truth: &[f64]) -> Result<Vec<[f64; 3]>, Failure> {
         self.progress.set_message(format!("posing: {name}"));
-        let parameters = self.map.parameters(truth);
+        let parameters = self.map.parameters(truth)?;
         let posed = rig.solve(&parameters)?.positions();
         self.progress.inc(1);
         Ok(posed)
@@ -206,7 +206,7 @@ impl Demo<'_> {
             &mut observer,
         )?;
         out.enter("files");
-        let parameters = self.map.parameters(&fit.q);
+        let parameters = self.map.parameters(&fit.q)?;
         out.write_shape(name, self.scene, rig, &parameters, &fit.positions)?;
         self.progress.inc(1);
         Ok(fit)
@@ -228,11 +228,16 @@ fn draw(
             .map(|p| p.position(x))
             .collect::<Vec<_>>()
     };
-    let shape = |x: &[[f64; 3]], q: &[f64]| Shape::new(source, x, &map.parameters(q).jaw);
-    let shapes: Vec<[Shape; 2]> = done
-        .iter()
-        .map(|d| [shape(&d.fit.positions, &d.fit.q), shape(&d.posed, &d.truth)])
-        .collect();
+    let shape = |x: &[[f64; 3]], q: &[f64]| -> Result<Shape, RigError> {
+        Ok(Shape::new(source, x, &map.parameters(q)?.jaw))
+    };
+    let both = |d: &Done| -> Result<[Shape; 2], RigError> {
+        Ok([
+            shape(&d.fit.positions, &d.fit.q)?,
+            shape(&d.posed, &d.truth)?,
+        ])
+    };
+    let shapes: Vec<[Shape; 2]> = done.iter().map(both).collect::<Result<_, _>>()?;
     let points: Vec<[Vec<[f64; 3]>; 2]> = done
         .iter()
         .map(|d| [on(&d.fit.positions), on(&d.posed)])

@@ -167,7 +167,7 @@ impl Fitting<'_> {
     /// One fit after the other; files and pictures of one are made while the next is at work.
     fn run(&self, rig: &mut Rig, targets: &[&Target], out: &mut Output) -> Result<Fits, Failure> {
         let progress = bar(targets.len(), "expression");
-        let rest = rig.solved().clone();
+        let rest = rig.equilibrium().clone();
         let mut start = self.map.rest();
         let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
         out.enter("fit");
@@ -249,7 +249,7 @@ impl Fitting<'_> {
         fit: &ExpressionFit,
         out: &Output,
     ) -> Result<Finished, Failure> {
-        let parameters = self.map.parameters(&fit.q);
+        let parameters = self.map.parameters(&fit.q)?;
         Ok(Finished {
             place,
             name: fit.name.clone(),

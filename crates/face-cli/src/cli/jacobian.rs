@@ -33,10 +33,9 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
     let mut directions = Direction::all(scene.muscles.len());
     directions.extend(controls);
     let points = scene.landmark_points(0..scene.landmarks.len());
-    let (columns, route) = rig.sensitivity().map(|s| {
-        let route = s.cheaper_route(&points, &directions);
-        (s.jacobian(&points, &directions, route), route)
-    })?;
+    let sensitivity = rig.sensitivity()?;
+    let route = sensitivity.cheaper_route(&points, &directions);
+    let columns = sensitivity.jacobian(&points, &directions, route)?;
     bar.finish_and_clear();
     out.enter("files");
     let mut names = names(scene.muscles.iter().map(|m| m.name.as_str()));

@@ -31,9 +31,13 @@ impl Fields {
         }
         let shape = rig.assembly().positions(positions);
         let shape = shape.map_err(RigError::from)?;
-        let (stretch, activation) = fibers(scene, rig, parameters, shape);
+        let volume_ratios = rig
+            .assembly()
+            .volume_ratios(shape)
+            .map_err(RigError::from)?;
+        let (stretch, activation) = fibers(scene, rig, parameters, shape)?;
         Ok(Some(Self {
-            volume_ratios: rig.assembly().volume_ratios(shape),
+            volume_ratios,
             stretch,
             activation,
         }))
@@ -115,30 +119,28 @@ fn fibers(
     rig: &Rig,
     parameters: &Parameters,
     positions: Positions<3>,
-) -> (Vec<f64>, Vec<f64>) {
+) -> Result<(Vec<f64>, Vec<f64>), RigError> {
     (0_u32..)
         .take(scene.mesh.num_elements())
         .map(|tet| {
             let of_tet = scene.fiber_field.of_tet(tet);
             let dominant = of_tet.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
-            let stretch = dominant.map_or(1.0, |f| {
-                let stretches = rig
-                    .assembly()
-                    .deformation_gradients(tet as usize, positions)
-                    .map(|gradient| {
-                        gradient
-                            .mul_vec(f.direction)
-                            .iter()
-                            .map(|c| c * c)
-                            .sum::<f64>()
-                    });
-                stretches.fold(0.0, f64::max).sqrt()
-            });
+            let stretch = match dominant {
+                Some(fiber) => {
+                    let squares = rig
+                        .assembly()
+                        .deformation_gradients(tet as usize, positions)?
+                        .map(|gradient| gradient.mul_vec(fiber.direction).map(|c| c * c))
+                        .map(|squares| squares.iter().sum::<f64>());
+                    squares.fold(0.0, f64::max).sqrt()
+                }
+                None => 1.0,
+            };
             let activation: f64 = of_tet
                 .iter()
                 .map(|f| f.weight * parameters.activations[f.muscle as usize])
                 .sum();
-            (stretch, activation)
+            Ok((stretch, activation))
         })
-        .unzip()
+        .collect()
 }

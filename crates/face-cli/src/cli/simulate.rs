@@ -98,22 +98,23 @@ impl Found {
     ) -> Result<Self, Failure> {
         let shape = rig.assembly().positions(positions);
         let ratios = rig.assembly().volume_ratios(shape.map_err(RigError::from)?);
+        let ratios = ratios.map_err(RigError::from)?;
         let moved = positions
             .iter()
             .zip(scene.mesh.nodes())
             .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
         let controls = rig.energy_controls(parameters);
-        let solved = rig.solved();
+        let equilibrium = rig.equilibrium();
         let at = rig
             .assembly()
-            .configuration(&solved.in_cranium_frame, &controls)
+            .configuration(&equilibrium.in_cranium_frame, &controls)
             .map_err(RigError::from)?;
         Ok(Self {
             largest_mm: 1e3 * moved.fold(0.0, f64::max),
             smallest: ratios.iter().copied().fold(f64::INFINITY, f64::min),
             inverted: ratios.iter().filter(|j| !(**j > 0.0)).count(),
             energy: rig.assembly().energy(at),
-            torques: torques_by_name(scene, &scene.jaw_torques(solved)?),
+            torques: torques_by_name(scene, &scene.jaw_torques(equilibrium)?),
         })
     }
 
@@ -173,14 +174,19 @@ fn unsolved(out: &mut Output, scene: &Scene, rig: &Rig, error: RigError) -> Fail
     let Ok(z) = rig.assembly().positions(&last.in_cranium_frame) else {
         return error.into();
     };
-    let ratios = rig.assembly().volume_ratios(z);
+    let Ok(ratios) = rig.assembly().volume_ratios(z) else {
+        return error.into();
+    };
     let mut worst: Vec<usize> = (0..ratios.len()).collect();
     worst.sort_by(|&a, &b| ratios[a].total_cmp(&ratios[b]));
     worst.truncate(WORST);
     let stress = |element: usize| {
         let region = &scene.regions[scene.region_of_tet[element] as usize];
         let gradients = rig.assembly().deformation_gradients(element, z);
-        let stresses = gradients.map(|f| region.material.von_mises_stress(&f).unwrap_or(f64::NAN));
+        let stresses = gradients
+            .into_iter()
+            .flatten()
+            .map(|f| region.material.von_mises_stress(&f).unwrap_or(f64::NAN));
         stresses.fold(0.0, f64::max)
     };
     let (pose, positions) = (&last.parameters, last.positions());

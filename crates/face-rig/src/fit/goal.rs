@@ -56,15 +56,24 @@ impl Goals {
         self.weights.iter().filter(|w| **w > 0.0).count()
     }
 
-    /// Root-mean-square distance of the points that count when the nodes are at `x`, meters.
+    /// Root-mean-square distance of the points that count when the nodes are at `x`, meters; NaN where
+    /// a point has a node that `x` has no place for.
     pub fn rms(&self, x: &[[f64; 3]]) -> f64 {
         let sum: f64 = self.squares(x).sum();
         (sum / self.counted().max(1) as f64).sqrt()
     }
 
-    /// The largest distance of a point that counts when the nodes are at `x`, meters.
+    /// The largest distance of a point that counts when the nodes are at `x`, meters; NaN as
+    /// [`Goals::rms`] is.
     pub fn largest(&self, x: &[[f64; 3]]) -> f64 {
-        self.squares(x).fold(0.0, f64::max).sqrt()
+        let larger = |most: f64, one: f64| {
+            if one <= most || most.is_nan() {
+                most
+            } else {
+                one
+            }
+        };
+        self.squares(x).fold(0.0, larger).sqrt()
     }
 
     fn squares(&self, x: &[[f64; 3]]) -> impl Iterator<Item = f64> {

@@ -2,7 +2,7 @@
 
 use super::rotation::rotation_with_derivative;
 use crate::anatomy::{JOINT_NUMBERS, JawHinge, JawJoint};
-use crate::rig::{AffineMap, Direction, Parameters};
+use crate::rig::{AffineMap, Direction, Parameters, RigError};
 
 /// How the head may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -150,7 +150,26 @@ impl Parametrization {
     }
 
     /// θ(q).
-    pub fn parameters(&self, q: &[f64]) -> Parameters {
+    ///
+    /// # Errors
+    /// When q has another length than [`Parametrization::len`].
+    pub fn parameters(&self, q: &[f64]) -> Result<Parameters, RigError> {
+        self.check(q)?;
+        Ok(self.trusted_parameters(q))
+    }
+
+    fn check(&self, q: &[f64]) -> Result<(), RigError> {
+        if q.len() == self.len() {
+            return Ok(());
+        }
+        Err(RigError::WrongLength {
+            what: "numbers of a parametrization",
+            found: q.len(),
+            expected: self.len(),
+        })
+    }
+
+    pub(super) fn trusted_parameters(&self, q: &[f64]) -> Parameters {
         let (activations, cranium, jaw) = self.split(q);
         let mut parameters = Parameters::rest(self.muscles);
         for (&muscle, &value) in self.active.iter().zip(activations) {
@@ -166,7 +185,15 @@ impl Parametrization {
     }
 
     /// dθ for each number of q, up to its scale ([`Parametrization::scales`]).
-    pub fn directions(&self, q: &[f64]) -> Vec<Direction> {
+    ///
+    /// # Errors
+    /// As [`Parametrization::parameters`].
+    pub fn directions(&self, q: &[f64]) -> Result<Vec<Direction>, RigError> {
+        self.check(q)?;
+        Ok(self.trusted_directions(q))
+    }
+
+    pub(super) fn trusted_directions(&self, q: &[f64]) -> Vec<Direction> {
         let (_, cranium, jaw) = self.split(q);
         let activations = self.active.iter().map(|&m| Direction::Activation(m));
         let cranium = self
@@ -293,16 +320,16 @@ mod tests {
                     ],
                 };
                 let scales = map.scales();
-                assert_eq!(map.parameters(&map.rest()).controls, [2.0, 500.0]);
+                assert_eq!(map.parameters(&map.rest()).unwrap().controls, [2.0, 500.0]);
                 let q: Vec<f64> = (0..map.len())
                     .map(|k| map.rest()[k] + 0.3 * (k as f64).cos())
                     .collect();
-                for (k, direction) in map.directions(&q).into_iter().enumerate() {
+                for (k, direction) in map.directions(&q).unwrap().into_iter().enumerate() {
                     let h = 1e-6;
                     let at = |t: f64| {
                         let mut q = q.clone();
                         q[k] += t;
-                        map.parameters(&q).to_vec()
+                        map.parameters(&q).unwrap().to_vec()
                     };
                     let mut exact = vec![0.0; 3];
                     let (mut c, mut j) = (AffineMap::ZERO, AffineMap::ZERO);

@@ -3,6 +3,7 @@
 use super::parametrization::{JawModel, Parametrization};
 use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
 use crate::stopwatch::Stopwatch;
+use fem_assembly::AssemblyError;
 use fem_solvers::{
     Bounds, Damping, GaussNewtonError, GaussNewtonFailure, GaussNewtonInfo, GaussNewtonParams,
     GaussNewtonStop, LeastSquares, Loss, Prior, StepMethod, gauss_newton_observed,
@@ -257,7 +258,7 @@ impl Fitter<'_> {
         {
             return Err(FitError::Cancelled { q, iterations });
         }
-        let parameters = map.parameters(&q);
+        let parameters = map.trusted_parameters(&q);
         let report = |stop| -> Result<FitReport, RigError> {
             let positions = problem.pose(&parameters)?;
             Ok(FitReport {
@@ -331,6 +332,9 @@ impl Fitter<'_> {
     /// Square roots of the weights, one per number, the weights divided by the mean of those above 0:
     /// a common factor must change neither what a prior is worth nor what a tolerance in meters means.
     fn check(&self, rig: &Rig, start: &[f64]) -> Result<Vec<f64>, FitError> {
+        let nodes = rig.assembly().rest().len();
+        let other_nodes = |error: AssemblyError| FitError::Pose(Box::new(error.into()));
+        self.observation.check(nodes).map_err(other_nodes)?;
         let dim = self.observation.dim();
         let same = |what, found, expected| {
             if found == expected {
@@ -424,10 +428,10 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     fn pose(&mut self, parameters: &Parameters) -> Result<Vec<[f64; 3]>, RigError> {
-        if self.rig.solved().parameters != *parameters {
+        if self.rig.equilibrium().parameters != *parameters {
             self.rig.solve(parameters)?;
         }
-        Ok(self.rig.solved().positions())
+        Ok(self.rig.equilibrium().positions())
     }
 
     /// (weight root, map, number of the first row) of each map kept near orthogonal.
@@ -459,7 +463,7 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn residual(&mut self, q: &[f64], r: &mut [f64]) -> Result<(), RigError> {
-        let parameters = self.fitter.parametrization.parameters(q);
+        let parameters = self.fitter.parametrization.trusted_parameters(q);
         let x = self.pose(&parameters)?;
         let dim = self.fitter.observation.dim();
         let (data, mut rest) = r.split_at_mut(dim);
@@ -497,14 +501,14 @@ impl LeastSquares for Problem<'_> {
 
     fn jacobian(&mut self, q: &[f64], j: &mut [f64]) -> Result<(), RigError> {
         let map = self.fitter.parametrization;
-        let parameters = map.parameters(q);
+        let parameters = map.trusted_parameters(q);
         self.pose(&parameters)?;
         let (dim, rows) = (self.fitter.observation.dim(), self.residuals());
-        let directions = map.directions(q);
+        let directions = map.trusted_directions(q);
         let (weights, scales) = (self.orthogonality(), map.scales());
         let sensitivity = self.rig.sensitivity()?;
         let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
-        let data = sensitivity.jacobian(self.fitter.observation, &directions, route);
+        let data = sensitivity.jacobian(self.fitter.observation, &directions, route)?;
         for (((column, seen), direction), scale) in j
             .chunks_exact_mut(rows)
             .zip(data.chunks_exact(dim))

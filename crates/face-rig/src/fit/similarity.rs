@@ -22,8 +22,11 @@ impl Similarity {
     const ROUNDS: usize = 30;
 
     /// The one that minimizes Σ w |s R x + t − y|² (Umeyama, 1991); `None` for points that leave it
-    /// undetermined: fewer than three, all on a line, or not finite.
+    /// undetermined: fewer than three, all on a line, or not finite; and for lists of different lengths.
     pub fn between(from: &[[f64; 3]], to: &[[f64; 3]], weights: &[f64]) -> Option<Self> {
+        if from.len() != to.len() || from.len() != weights.len() {
+            return None;
+        }
         let total: f64 = weights.iter().sum();
         let mean = |points: &[[f64; 3]]| -> [f64; 3] {
             let sum = |i| -> f64 { points.iter().zip(weights).map(|(p, w)| w * p[i]).sum() };
@@ -78,8 +81,12 @@ impl Similarity {
         Some(found)
     }
 
-    /// Root-mean-square distance that it leaves.
+    /// Root-mean-square distance that it leaves, in the unit of `to`; NaN where there is not one of `to` for
+    /// each of `from`, or none at all.
     pub fn rms(&self, from: &[[f64; 3]], to: &[[f64; 3]]) -> f64 {
+        if from.len() != to.len() {
+            return f64::NAN;
+        }
         let squares = self.distances(from, to).into_iter().map(|d| d * d);
         (squares.sum::<f64>() / from.len() as f64).sqrt()
     }
@@ -178,6 +185,14 @@ mod tests {
             None
         );
         assert_eq!(Similarity::between(&[], &[], &[]), None);
+        let (points, known) = (cloud(5), known());
+        assert!(Similarity::between(&points, &points, &[1.0; 5]).is_some());
+        assert_eq!(Similarity::between(&points[..4], &points, &[1.0; 5]), None);
+        assert_eq!(Similarity::between(&points, &points[..4], &[1.0; 4]), None);
+        assert_eq!(Similarity::between(&points, &points, &[1.0; 6]), None);
+        assert_eq!(Similarity::robustly_between(&points, &points[..4]), None);
+        assert!(known.rms(&points, &points[..4]).is_nan());
+        assert!(known.rms(&points[..4], &points).is_nan());
         let mut broken = cloud(5);
         broken[2][1] = f64::NAN;
         assert_eq!(Similarity::between(&broken, &cloud(5), &[1.0; 5]), None);

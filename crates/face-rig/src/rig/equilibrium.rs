@@ -9,7 +9,9 @@ use super::jacobian::{CountedFactor, Sensitivity};
 use super::parameters::Parameters;
 use super::work::Work;
 use crate::stopwatch::Stopwatch;
-use fem_assembly::{Assembly, Positions, Quasistatic, RenewingError, solve_renewing};
+use fem_assembly::{
+    Assembly, AssemblyError, Positions, Quasistatic, RenewingError, solve_renewing,
+};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
     MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, Watch,
@@ -18,7 +20,7 @@ use fem_solvers::{
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A face that can be posed: flesh with muscles, clamped to a cranium and a jaw.
+/// A face that can be posed: flesh with muscles, attached to a cranium and a jaw.
 ///
 /// The equilibrium z is found in the frame of the cranium, with the cranium's nodes at rest and the
 /// jaw's nodes X at M_j X + t_j; the face is then x = M_c z + t_c at *every* node, so that a
@@ -29,7 +31,7 @@ pub struct Rig {
     controls: Controls,
     newton: Newton<'static, 3>,
     params: RigParams,
-    solved: Equilibrium,
+    equilibrium: Equilibrium,
     tangent: Option<Tangent>,
     work: Work,
     /// Right-hand sides of derivatives.
@@ -191,7 +193,7 @@ impl Rig {
         if multigrid {
             newton = newton.directed_by(Multilevel::new(MultigridParams::default()));
         }
-        let solved = Equilibrium {
+        let equilibrium = Equilibrium {
             parameters,
             in_cranium_frame: rest,
         };
@@ -204,7 +206,7 @@ impl Rig {
             controls,
             newton,
             params,
-            solved,
+            equilibrium,
             tangent,
             work,
             right_hand_sides: AtomicUsize::new(0),
@@ -223,8 +225,8 @@ impl Rig {
     pub fn with_controls(mut self, controls: Vec<Control>) -> Result<Self, RigError> {
         self.controls = Controls::new(controls, &self.assembly, &self.jaw)?;
         let rest = Parameters::rest(self.controls.muscles());
-        self.solved.parameters = rest.with_controls(vec![0.0; self.controls.len()]);
-        self.solved.in_cranium_frame = self.assembly.rest().to_vec();
+        self.equilibrium.parameters = rest.with_controls(vec![0.0; self.controls.len()]);
+        self.equilibrium.in_cranium_frame = self.assembly.rest().to_vec();
         self.tangent = None;
         Ok(self)
     }
@@ -258,8 +260,8 @@ impl Rig {
         &self.jaw
     }
     /// The last pose that was solved; at first the rest shape.
-    pub fn solved(&self) -> &Equilibrium {
-        &self.solved
+    pub fn equilibrium(&self) -> &Equilibrium {
+        &self.equilibrium
     }
     /// What has been done so far.
     pub fn work(&self) -> Work {
@@ -271,9 +273,15 @@ impl Rig {
     }
     /// Makes an earlier pose the starting point of the next solve, which then depends on no pose
     /// solved since.
-    pub fn start_from(&mut self, solved: Equilibrium) -> Result<(), RigError> {
-        self.check(&solved.parameters)?;
-        let (found, expected) = (solved.in_cranium_frame.len(), self.assembly.rest().len());
+    ///
+    /// # Errors
+    /// When it is of another rig's lengths, or θ is not finite.
+    pub fn start_from(&mut self, equilibrium: Equilibrium) -> Result<(), RigError> {
+        self.check(&equilibrium.parameters)?;
+        let (found, expected) = (
+            equilibrium.in_cranium_frame.len(),
+            self.assembly.rest().len(),
+        );
         if found != expected {
             return Err(RigError::WrongLength {
                 what: "nodes",
@@ -281,9 +289,9 @@ impl Rig {
                 expected,
             });
         }
-        self.tangent.take_if(|tangent| tangent.at != solved);
+        self.tangent.take_if(|tangent| tangent.at != equilibrium);
         self.assembly.forget();
-        self.solved = solved;
+        self.equilibrium = equilibrium;
         Ok(())
     }
 
@@ -304,15 +312,15 @@ impl Rig {
         let begin = Stopwatch::start();
         let walked = self.walk(parameters);
         self.work.equilibrium_time += begin.elapsed();
-        self.solved = walked?;
-        Ok(&self.solved)
+        self.equilibrium = walked?;
+        Ok(&self.equilibrium)
     }
 
     fn walk(&mut self, target: &Parameters) -> Result<Equilibrium, RigError> {
-        let near = |solved: &Equilibrium| self.distance(&solved.parameters, target);
+        let near = |at: &Equilibrium| self.distance(&at.parameters, target);
         let start = match &self.tangent {
-            Some(tangent) if near(&tangent.at) <= near(&self.solved) => tangent.at.clone(),
-            _ => self.solved.clone(),
+            Some(tangent) if near(&tangent.at) <= near(&self.equilibrium) => tangent.at.clone(),
+            _ => self.equilibrium.clone(),
         };
         let params = ContinuationParams {
             smallest_step: self.params.smallest_step,
@@ -351,7 +359,7 @@ impl Rig {
     /// [`RigError::Unstable`] where it is not positive definite.
     pub fn sensitivity(&mut self) -> Result<Sensitivity<'_>, RigError> {
         let begin = Stopwatch::start();
-        let at = self.solved.clone();
+        let at = self.equilibrium.clone();
         self.renew(&at)?;
         self.ensure_tangent(&at)?;
         self.work.jacobian_time += begin.elapsed();
@@ -359,7 +367,7 @@ impl Rig {
             assembly,
             jaw,
             controls,
-            solved,
+            equilibrium,
             tangent,
             right_hand_sides,
             ..
@@ -371,7 +379,12 @@ impl Rig {
         };
         let energy = &tangent.energy;
         Ok(Sensitivity::new(
-            assembly, jaw, controls, solved, energy, factor,
+            assembly,
+            jaw,
+            controls,
+            equilibrium,
+            energy,
+            factor,
         )?)
     }
 
@@ -429,7 +442,7 @@ impl Rig {
         numbers.map(|d| d * d).sum::<f64>().sqrt()
     }
 
-    fn equilibrium(
+    fn solve_part(
         &mut self,
         guess: Vec<[f64; 3]>,
         pose: &Parameters,
@@ -465,10 +478,10 @@ impl Rig {
                 Err(e) => work.add(e.iteration, e.factorizations, e.linear_iterations),
             }
             end?;
-            problem.positions(&x)
+            problem.positions(&x)?
         };
         if self.params.refuses_inverted
-            && let Some((element, ratio)) = self.turned_out(self.assembly.positions(&z)?)
+            && let Some((element, ratio)) = self.most_inverted(self.assembly.positions(&z)?)?
         {
             return Err(PartError::Inverted { element, ratio });
         }
@@ -476,15 +489,15 @@ impl Rig {
     }
 
     /// The element with a free node that is furthest inside out, with its det F.
-    fn turned_out(&self, z: Positions<3>) -> Option<(usize, f64)> {
+    fn most_inverted(&self, z: Positions<3>) -> Result<Option<(usize, f64)>, AssemblyError> {
         let dofs = self.assembly.dofs();
         let free = |element: usize| {
             let mut nodes = self.assembly.nodes_of(element).iter();
             nodes.any(|&n| dofs.row(n as usize).is_some())
         };
-        let ratios = self.assembly.volume_ratios(z).into_iter().enumerate();
+        let ratios = self.assembly.volume_ratios(z)?.into_iter().enumerate();
         let inverted = ratios.filter(|(element, ratio)| !(*ratio > 0.0) && free(*element));
-        inverted.min_by(|a, b| a.1.total_cmp(&b.1))
+        Ok(inverted.min_by(|a, b| a.1.total_cmp(&b.1)))
     }
 
     fn inverted_element(&self, from: &Equilibrium, pose: &Parameters) -> Option<usize> {
@@ -506,7 +519,7 @@ impl Rig {
         };
         let nodes = self.assembly.nodes_of(element).iter().copied();
         let (jaw, cranium) = nodes.partition(|n| self.jaw.contains(n));
-        let gradients = self.assembly.deformation_gradients(element, at);
+        let gradients = self.assembly.deformation_gradients(element, at)?;
         let ratios = gradients.map(|gradient| gradient.determinant());
         Err(RigError::MovedOutOfDomain {
             element,
@@ -565,7 +578,7 @@ impl Path for Walk<'_> {
 
     fn correct(&mut self, _: f64, state: &mut Equilibrium) -> Result<(), PartError> {
         let guess = std::mem::take(&mut state.in_cranium_frame);
-        state.in_cranium_frame = self.rig.equilibrium(guess, &state.parameters)?;
+        state.in_cranium_frame = self.rig.solve_part(guess, &state.parameters)?;
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 use super::control::Controls;
 use super::equilibrium::Equilibrium;
+use super::error::RigError;
 use super::loads::Loads;
 use super::observation::Observation;
 use super::parameters::Direction;
@@ -23,7 +24,7 @@ pub enum JacobianRoute {
 #[derive(Debug)]
 pub struct Sensitivity<'a> {
     loads: Loads<'a>,
-    solved: &'a Equilibrium,
+    equilibrium: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
     factor: CountedFactor<'a>,
 }
@@ -47,19 +48,19 @@ impl<'a> Sensitivity<'a> {
         assembly: &'a Assembly<3>,
         jaw: &'a [u32],
         controls: &'a Controls,
-        solved: &'a Equilibrium,
+        equilibrium: &'a Equilibrium,
         energy: &'a [f64],
         factor: CountedFactor<'a>,
     ) -> Result<Self, AssemblyError> {
         Ok(Self {
             loads: Loads {
                 assembly,
-                at: assembly.configuration(&solved.in_cranium_frame, energy)?,
+                at: assembly.configuration(&equilibrium.in_cranium_frame, energy)?,
                 jaw,
                 controls,
             },
-            solved,
-            positions: solved.positions(),
+            equilibrium,
+            positions: equilibrium.positions(),
             factor,
         })
     }
@@ -87,15 +88,20 @@ impl<'a> Sensitivity<'a> {
     }
 
     /// dx for each direction, at every node.
-    pub fn columns(&self, directions: &[Direction]) -> Vec<Vec<[f64; 3]>> {
+    ///
+    /// # Errors
+    /// When the assembly finds a list of another length than its own.
+    pub fn columns(&self, directions: &[Direction]) -> Result<Vec<Vec<[f64; 3]>>, RigError> {
         let n = self.loads.assembly.dofs().vector_len();
         let solving: Vec<usize> = (0..directions.len())
             .filter(|&k| !matches!(directions[k], Direction::Cranium(_)))
             .collect();
         let mut block = vec![0.0; n * solving.len()];
         if n > 0 {
-            let tasks = block.chunks_exact_mut(n).zip(&solving);
-            parallel::each(tasks, |(rhs, &k)| self.loads.load(&directions[k], rhs));
+            let tasks = block.chunks_exact_mut(n).zip(&solving).collect();
+            parallel::map::<_, _, Result<(), _>>(tasks, |(rhs, &k)| {
+                self.loads.load(&directions[k], rhs)
+            })?;
             self.factor.solve_many(&mut block, solving.len());
         }
         let mut next = 0;
@@ -103,9 +109,9 @@ impl<'a> Sensitivity<'a> {
             .iter()
             .map(|direction| {
                 let mut dz = self.loads.bone_motion(direction);
-                match direction {
+                Ok(match direction {
                     Direction::Cranium(d) => self
-                        .solved
+                        .equilibrium
                         .in_cranium_frame
                         .iter()
                         .map(|&z| d.apply(z))
@@ -114,28 +120,32 @@ impl<'a> Sensitivity<'a> {
                         let column: Vec<f64> =
                             block[next * n..(next + 1) * n].iter().map(|v| -v).collect();
                         next += 1;
-                        self.loads.assembly.dofs().scatter(&column, &mut dz);
-                        let cranium = &self.solved.parameters.cranium;
+                        self.loads.assembly.dofs().scatter(&column, &mut dz)?;
+                        let cranium = &self.equilibrium.parameters.cranium;
                         dz.iter().map(|&d| cranium.rotate(d)).collect()
                     }
-                }
+                })
             })
             .collect()
     }
 
     /// ∂g/∂θ for the given directions, column-major: one column of `observation.dim()` numbers for
     /// each direction.
+    ///
+    /// # Errors
+    /// When the observation is of other nodes, and as [`Sensitivity::columns`].
     pub fn jacobian(
         &self,
         observation: &dyn Observation,
         directions: &[Direction],
         route: JacobianRoute,
-    ) -> Vec<f64> {
+    ) -> Result<Vec<f64>, RigError> {
+        observation.check(self.positions.len())?;
         let rows = observation.dim();
         let mut jacobian = vec![0.0; rows * directions.len()];
         match route {
             JacobianRoute::Columns => {
-                let columns = self.columns(directions);
+                let columns = self.columns(directions)?;
                 if rows > 0 {
                     for (dx, out) in columns.iter().zip(jacobian.chunks_exact_mut(rows)) {
                         observation.differential(&self.positions, dx, out);
@@ -150,28 +160,37 @@ impl<'a> Sensitivity<'a> {
                         row
                     })
                     .collect();
-                for (k, gradient) in self.pull_back(&seen, directions).into_iter().enumerate() {
+                for (k, gradient) in self.pull_back(&seen, directions)?.into_iter().enumerate() {
                     for (c, value) in gradient.into_iter().enumerate() {
                         jacobian[c * rows + k] = value;
                     }
                 }
             }
         }
-        jacobian
+        Ok(jacobian)
     }
 
     /// dL/dθ of a scalar loss from dL/dx, by one solve.
-    pub fn gradient(&self, by_position: &[[f64; 3]], directions: &[Direction]) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// When there is not one dL/dx for each node.
+    pub fn gradient(
+        &self,
+        by_position: &[[f64; 3]],
+        directions: &[Direction],
+    ) -> Result<Vec<f64>, RigError> {
         let seen = [by_position.to_vec()];
-        self.pull_back(&seen, directions).pop().unwrap_or_default()
+        let mut all = self.pull_back(&seen, directions)?;
+        Ok(all.pop().unwrap_or_default())
     }
 
     /// For each covector over the nodes, its product with dx/dθ.
-    fn pull_back(&self, seen: &[Vec<[f64; 3]>], directions: &[Direction]) -> Vec<Vec<f64>> {
-        let Equilibrium {
-            parameters,
-            in_cranium_frame,
-        } = self.solved;
+    fn pull_back(
+        &self,
+        seen: &[Vec<[f64; 3]>],
+        directions: &[Direction],
+    ) -> Result<Vec<Vec<f64>>, RigError> {
+        let parameters = &self.equilibrium.parameters;
         let n = self.loads.assembly.dofs().vector_len();
         let in_frame: Vec<Vec<[f64; 3]>> = seen
             .iter()
@@ -181,18 +200,24 @@ impl<'a> Sensitivity<'a> {
                     .collect()
             })
             .collect();
-        let mut multipliers: Vec<f64> = in_frame
-            .iter()
-            .flat_map(|w| self.loads.assembly.dofs().gather(w))
-            .collect();
+        let mut multipliers = Vec::with_capacity(n * seen.len());
+        for w in &in_frame {
+            multipliers.extend(self.loads.assembly.dofs().gather(w)?);
+        }
         self.factor.solve_many(&mut multipliers, seen.len());
         let force = |k: usize| {
-            self.loads.of_energy(&directions[k])?;
             let mut force = vec![0.0; n];
-            self.loads.load(&directions[k], &mut force);
-            Some(force)
+            Ok(match self.loads.of_energy(&directions[k]) {
+                Some(_) => {
+                    self.loads.load(&directions[k], &mut force)?;
+                    Some(force)
+                }
+                None => None,
+            })
         };
-        let forces: Vec<Option<Vec<f64>>> = parallel::indexed(directions.len(), force);
+        let forces: Result<Vec<Option<Vec<f64>>>, AssemblyError> =
+            parallel::indexed(directions.len(), force);
+        let forces = forces?;
         let moves = |d: &Direction| match d {
             Direction::Jaw(_) => true,
             Direction::Control(_) => self.loads.of_energy(d).is_none(),
@@ -201,30 +226,40 @@ impl<'a> Sensitivity<'a> {
         let moves_bones = directions.iter().any(moves);
         parallel::indexed(seen.len(), |k| {
             let multiplier = &multipliers[k * n..(k + 1) * n];
-            let through_flesh = moves_bones.then(|| {
-                let mut field = vec![[0.0; 3]; in_cranium_frame.len()];
-                self.loads.assembly.dofs().scatter(multiplier, &mut field);
-                self.loads
-                    .assembly
-                    .hessian_vector_everywhere(self.loads.at, &field)
-            });
+            let through_flesh = match moves_bones {
+                true => self.through_flesh(multiplier)?,
+                false => Vec::new(),
+            };
             let pulled = Pulled {
                 seen: &seen[k],
                 in_frame: &in_frame[k],
                 multiplier,
-                through_flesh: through_flesh.as_deref().unwrap_or_default(),
+                through_flesh: &through_flesh,
             };
             let all = directions.iter().zip(&forces);
-            all.map(|(direction, force)| self.along(direction, force.as_deref(), &pulled))
-                .collect()
+            let along =
+                all.map(|(direction, force)| self.along(direction, force.as_deref(), &pulled));
+            Ok(along.collect())
         })
+    }
+
+    /// What a field over the free nodes meets at every node, bones included.
+    fn through_flesh(&self, multiplier: &[f64]) -> Result<Vec<[f64; 3]>, AssemblyError> {
+        let assembly = self.loads.assembly;
+        let mut field = vec![[0.0; 3]; self.equilibrium.in_cranium_frame.len()];
+        assembly.dofs().scatter(multiplier, &mut field)?;
+        assembly.hessian_vector_everywhere(self.loads.at, &field)
     }
 
     /// A covector's product with one column of dx/dθ.
     fn along(&self, direction: &Direction, force: Option<&[f64]>, pulled: &Pulled) -> f64 {
         match (direction, force) {
             (Direction::Cranium(d), _) => {
-                let moved = self.solved.in_cranium_frame.iter().map(|&z| d.apply(z));
+                let moved = self
+                    .equilibrium
+                    .in_cranium_frame
+                    .iter()
+                    .map(|&z| d.apply(z));
                 let all = pulled.seen.iter().zip(moved);
                 all.map(|(w, dx)| dot(*w, dx)).sum()
             }

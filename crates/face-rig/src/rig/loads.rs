@@ -3,7 +3,7 @@
 use super::control::Controls;
 use super::parameters::Direction;
 use crate::anatomy::AffineMap;
-use fem_assembly::{Assembly, Configuration};
+use fem_assembly::{Assembly, AssemblyError, Configuration};
 
 /// The forces that directions exert at one equilibrium.
 #[derive(Debug)]
@@ -24,7 +24,12 @@ pub(super) struct Push {
 
 impl Loads<'_> {
     /// Of one change of activations, jaw and controls together.
-    pub fn push(&self, activations: &[f64], jaw: &AffineMap, controls: &[f64]) -> Push {
+    pub fn push(
+        &self,
+        activations: &[f64],
+        jaw: &AffineMap,
+        controls: &[f64],
+    ) -> Result<Push, AssemblyError> {
         let mut bones = self.bone_motion(&Direction::Jaw(*jaw));
         let mut force = vec![0.0; self.assembly.dofs().vector_len()];
         let mut unit = vec![0.0; force.len()];
@@ -34,7 +39,7 @@ impl Loads<'_> {
         let numbers = numbers.map(|(k, c)| (Direction::Control(k), *c));
         for (direction, change) in muscles.chain(numbers).filter(|(_, c)| *c != 0.0) {
             match self.of_energy(&direction) {
-                Some(_) => self.load(&direction, &mut unit),
+                Some(_) => self.load(&direction, &mut unit)?,
                 None => {
                     self.add_motion(&direction, change, &mut bones);
                     continue;
@@ -45,15 +50,18 @@ impl Loads<'_> {
                 .zip(&unit)
                 .for_each(|(f, u)| *f -= change * u);
         }
-        self.assembly.hessian_vector(self.at, &bones, &mut unit);
+        self.assembly.hessian_vector(self.at, &bones, &mut unit)?;
         force.iter_mut().zip(&unit).for_each(|(f, u)| *f -= u);
-        Push { bones, force }
+        Ok(Push { bones, force })
     }
 
     /// ∂²E/∂z^U∂θ dθ: minus the force that a direction exerts on the free nodes.
-    pub fn load(&self, direction: &Direction, rhs: &mut [f64]) {
+    pub fn load(&self, direction: &Direction, rhs: &mut [f64]) -> Result<(), AssemblyError> {
         match direction {
-            Direction::Cranium(_) => rhs.fill(0.0),
+            Direction::Cranium(_) => {
+                rhs.fill(0.0);
+                Ok(())
+            }
             _ => match self.of_energy(direction) {
                 Some(control) => self.assembly.control_gradient(self.at, control, rhs),
                 None => self

@@ -1,10 +1,19 @@
 //! What is seen of a face: the map g from node positions to observed numbers (document 000, 1).
 
 use crate::anatomy::EmbeddedPoint;
+use fem_assembly::AssemblyError;
+
 /// g(x) with its derivative, both ways.
 pub trait Observation: Sync {
     /// Observed numbers.
     fn dim(&self) -> usize;
+    /// Asked before all else with the number of nodes that positions will be given for.
+    ///
+    /// # Errors
+    /// When it observes other nodes.
+    fn check(&self, _nodes: usize) -> Result<(), AssemblyError> {
+        Ok(())
+    }
     /// g(x).
     fn value(&self, x: &[[f64; 3]], out: &mut [f64]);
     /// (∂g/∂x) dx.
@@ -30,6 +39,16 @@ impl Observation for AllNodes {
     fn dim(&self) -> usize {
         3 * self.nodes
     }
+    fn check(&self, nodes: usize) -> Result<(), AssemblyError> {
+        if nodes == self.nodes {
+            return Ok(());
+        }
+        Err(AssemblyError::WrongLength {
+            what: "observed nodes",
+            found: self.nodes,
+            expected: nodes,
+        })
+    }
     fn value(&self, x: &[[f64; 3]], out: &mut [f64]) {
         out.copy_from_slice(x.as_flattened());
     }
@@ -50,6 +69,13 @@ pub struct EmbeddedPoints(pub Vec<EmbeddedPoint>);
 impl Observation for EmbeddedPoints {
     fn dim(&self) -> usize {
         3 * self.0.len()
+    }
+    fn check(&self, nodes: usize) -> Result<(), AssemblyError> {
+        let mut named = self.0.iter().flat_map(|p| p.nodes).map(|n| n as usize);
+        match named.find(|&node| node >= nodes) {
+            Some(node) => Err(AssemblyError::NoSuchNode { node, count: nodes }),
+            None => Ok(()),
+        }
     }
     fn value(&self, x: &[[f64; 3]], out: &mut [f64]) {
         for (point, out) in self.0.iter().zip(out.as_chunks_mut::<3>().0) {

@@ -55,7 +55,7 @@ fn an_infinite_energy_that_no_flesh_can_mend_names_element_and_bones() {
     assert!(on_jaw.iter().all(|n| jaw.contains(&(*n as usize))));
     assert!(on_cranium.iter().all(|n| cranium.contains(&(*n as usize))));
     // The last pose stays, and one that the layer bears is found.
-    assert_eq!(rig.solved().parameters, Parameters::rest(0));
+    assert_eq!(rig.equilibrium().parameters, Parameters::rest(0));
     let mut pressed = pushed();
     pressed.jaw.translation[2] = -0.005;
     let solved = rig.solve(&pressed).unwrap().clone();

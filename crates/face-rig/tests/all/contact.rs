@@ -132,7 +132,7 @@ fn columns_hold(rig: &mut Rig, at: &Parameters) {
     let directions: Vec<Direction> = [2, 6, 11]
         .map(|k| Direction::Jaw(AffineMap::unit(k)))
         .to_vec();
-    let columns = rig.sensitivity().unwrap().columns(&directions);
+    let columns = rig.sensitivity().unwrap().columns(&directions).unwrap();
     for (direction, column) in directions.iter().zip(&columns) {
         let Direction::Jaw(d) = direction else {
             continue;
@@ -187,7 +187,7 @@ fn a_pose_from_rest_does_not_depend_on_what_touched_before() {
         &mut between_blocks(with_faces),
         &mut between_blocks(with_faces),
     );
-    let rest = visited.solved().clone();
+    let rest = visited.equilibrium().clone();
     visited.solve(&pose(0.004)).unwrap();
     visited.start_from(rest).unwrap();
     let at = pose(0.003);

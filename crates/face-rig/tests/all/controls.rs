@@ -144,7 +144,7 @@ fn the_column_of_every_control_agrees_with_differences_of_full_solves() {
     let mut rig = rig();
     assert_eq!((rig.muscles(), rig.controls()), (MUSCLES, VALUES.len()));
     rig.solve(&pose()).unwrap();
-    let columns = rig.sensitivity().unwrap().columns(&directions());
+    let columns = rig.sensitivity().unwrap().columns(&directions()).unwrap();
     for (direction, column) in directions().iter().zip(&columns) {
         let h = match direction {
             Direction::Control(k) => 1e-4 * controls()[*k].unit,
@@ -158,7 +158,7 @@ fn the_column_of_every_control_agrees_with_differences_of_full_solves() {
                 _ => {}
             }
             rig.solve(&moved).unwrap();
-            rig.solved().positions()
+            rig.equilibrium().positions()
         };
         let shapes = [at(h), at(-h), at(2.0 * h), at(-2.0 * h)].map(|x| x.concat());
         let [one, minus_one, two, minus_two] = shapes;
@@ -187,7 +187,7 @@ fn adjoints_agree_with_columns() {
     );
     let sensitivity = rig.sensitivity().unwrap();
     for seen in [&all as &dyn Observation, &some] {
-        let by = |route| sensitivity.jacobian(seen, &directions(), route);
+        let by = |route| sensitivity.jacobian(seen, &directions(), route).unwrap();
         let (columns, adjoint) = (by(JacobianRoute::Columns), by(JacobianRoute::Adjoint));
         let rows = seen.dim();
         for (k, (a, b)) in columns.chunks(rows).zip(adjoint.chunks(rows)).enumerate() {
@@ -206,7 +206,7 @@ fn adjoints_agree_with_columns() {
 fn motions_put_their_nodes_where_they_say() {
     let mut rig = rig();
     rig.solve(&pose()).unwrap();
-    let z = &rig.solved().in_cranium_frame;
+    let z = &rig.equilibrium().in_cranium_frame;
     let rest = rig.assembly().rest();
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} {b}");
     near(z[HELD][0], rest[HELD][0] + 0.7 * 0.002 - 0.5 * 0.001);
@@ -226,7 +226,7 @@ fn a_fit_finds_a_pressure_again() {
     truth.controls[1] = 0.3;
     truth.controls[2] = -0.5;
     rig.solve(&truth).unwrap();
-    let target = rig.solved().positions().concat();
+    let target = rig.equilibrium().positions().concat();
     let observation = AllNodes {
         nodes: target.len() / 3,
     };

@@ -23,8 +23,8 @@ fn fitted_with(mut rig: Rig, observation: &dyn Observation, active: Vec<usize>) 
     };
     let mut truth = map.rest();
     truth[0] = 0.3;
-    rig.solve(&map.parameters(&truth)).unwrap();
-    let shape = rig.solved().positions();
+    rig.solve(&map.parameters(&truth).unwrap()).unwrap();
+    let shape = rig.equilibrium().positions();
     let mut target = vec![0.0; observation.dim()];
     observation.value(&shape, &mut target);
     let params = FitParams::default();
@@ -55,7 +55,7 @@ fn a_fit_solves_for_what_varies_or_for_what_is_seen_whichever_is_less() {
     let (steps, seen) = fitted_by(&point, vec![0, 1, 2]);
     assert!(steps > 1 && seen.right_hand_sides.is_multiple_of(3));
     assert!(seen.right_hand_sides / 3 <= steps);
-    // No model here decomposes, and nothing was filtered.
+    // No model here decomposes, and nothing was projected.
     assert_eq!(
         (
             work.evaluations.decompositions,

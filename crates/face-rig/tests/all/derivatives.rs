@@ -138,7 +138,10 @@ fn a_pose_has_one_shape_in_every_unit_and_leaves_no_force() {
         let at = assembly
             .configuration(&solved.in_cranium_frame, activations)
             .unwrap();
-        let left = assembly.dofs().gather(&assembly.forces_everywhere(at));
+        let left = assembly
+            .dofs()
+            .gather(&assembly.forces_everywhere(at))
+            .unwrap();
         let met = largest(assembly.absolute_forces(at));
         assert!(largest(left) <= 2e-9 * met, "{unit:e}, {factor:e}");
     }
@@ -157,7 +160,7 @@ fn a_pose_without_equilibrium_leaves_the_last_good_one_and_flesh_without_bones_i
     let RigError::NoEquilibrium { last, source, .. } = error else {
         panic!("{error}");
     };
-    assert_eq!(*last, *rig.solved());
+    assert_eq!(*last, *rig.equilibrium());
     assert!(matches!(*source, PartError::Newton(_)), "{source}");
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();
     let flesh = StableNeoHookean {
@@ -185,7 +188,9 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
     let mut allowed = rig_of(RigParams::default(), 1.0, 1.0);
     let shape = allowed.solve(&through()).unwrap().in_cranium_frame.clone();
     let assembly = allowed.assembly();
-    let ratios = assembly.volume_ratios(assembly.positions(&shape).unwrap());
+    let ratios = assembly
+        .volume_ratios(assembly.positions(&shape).unwrap())
+        .unwrap();
     assert!(ratios.iter().any(|ratio| *ratio < 0.0));
     let params = RigParams {
         refuses_inverted: true,
@@ -208,12 +213,14 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
         percent > 5.0 && (100.0 * way - percent).abs() < 1e-9,
         "{way} {percent}"
     );
-    assert_eq!(rig.solved().parameters.jaw.translation[2], 0.0);
+    assert_eq!(rig.equilibrium().parameters.jaw.translation[2], 0.0);
     assert!(
         matches!(*source, PartError::Inverted { ratio, .. } if ratio <= 0.0),
         "{source}"
     );
-    let ratios = assembly.volume_ratios(assembly.positions(&last.in_cranium_frame).unwrap());
+    let ratios = assembly
+        .volume_ratios(assembly.positions(&last.in_cranium_frame).unwrap())
+        .unwrap();
     assert!(ratios.iter().all(|ratio| *ratio > 0.0));
 }
 
@@ -255,12 +262,12 @@ fn a_cancelled_pose_or_fit_ends_at_once_and_the_rig_goes_on() {
     let wanted = rig().solve(&pose()).unwrap().clone();
     let (watch, asked) = ends_at(3);
     let mut watched = rig().watched_by(watch);
-    let before = watched.solved().clone();
+    let before = watched.equilibrium().clone();
     let error = watched.solve(&pose()).unwrap_err();
     assert!(error.is_cancelled(), "{error}");
     // No smaller step is tried.
     assert_eq!(asked.load(Ordering::Relaxed), 3);
-    assert_eq!(*watched.solved(), before);
+    assert_eq!(*watched.equilibrium(), before);
 
     let go_on = Watch::new(|_| ControlFlow::Continue(()));
     let mut watched = watched.watched_by(go_on);
@@ -303,7 +310,7 @@ fn pose() -> Parameters {
     pose
 }
 
-fn largest(v: impl IntoIterator<Item = f64>) -> f64 {
+pub(super) fn largest(v: impl IntoIterator<Item = f64>) -> f64 {
     v.into_iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
@@ -311,7 +318,7 @@ fn largest(v: impl IntoIterator<Item = f64>) -> f64 {
 fn the_pose_of_these_tests_presses_on_both_obstacles() {
     let mut rig = rig();
     rig.solve(&pose()).unwrap();
-    let z = &rig.solved().in_cranium_frame;
+    let z = &rig.equilibrium().in_cranium_frame;
     let free = |n: &usize| rig.assembly().dofs().row(*n).is_some();
     let behind = (0..z.len()).filter(free).filter(|&n| z[n][0] < 0.001);
     let distance = |x: [f64; 3]| {
@@ -330,7 +337,11 @@ fn every_column_agrees_with_differences_of_full_solves() {
     let mut rig = rig();
     let theta = pose().to_vec();
     rig.solve(&pose()).unwrap();
-    let columns = rig.sensitivity().unwrap().columns(&Direction::all(MUSCLES));
+    let columns = rig
+        .sensitivity()
+        .unwrap()
+        .columns(&Direction::all(MUSCLES))
+        .unwrap();
     assert_eq!(columns.len(), theta.len());
     for (k, column) in columns.iter().enumerate() {
         let mut at = |t: f64| {
@@ -379,8 +390,12 @@ fn adjoints_agree_with_columns() {
         nodes: sensitivity.positions().len(),
     };
     for observation in [&points as &dyn Observation, &all] {
-        let one = sensitivity.jacobian(observation, &directions, JacobianRoute::Columns);
-        let other = sensitivity.jacobian(observation, &directions, JacobianRoute::Adjoint);
+        let one = sensitivity
+            .jacobian(observation, &directions, JacobianRoute::Columns)
+            .unwrap();
+        let other = sensitivity
+            .jacobian(observation, &directions, JacobianRoute::Adjoint)
+            .unwrap();
         let scale = largest(one.iter().copied());
         for (a, b) in one.iter().zip(&other) {
             assert!((a - b).abs() < 1e-11 * scale, "{a} against {b}");
@@ -398,8 +413,13 @@ fn adjoints_agree_with_columns() {
     let loss: Vec<[f64; 3]> = (0..all.nodes)
         .map(|n| std::array::from_fn(|i| (n as f64 + 0.3 * i as f64).sin()))
         .collect();
-    let gradient = sensitivity.gradient(&loss, &directions);
-    for (column, value) in sensitivity.columns(&directions).iter().zip(gradient) {
+    let gradient = sensitivity.gradient(&loss, &directions).unwrap();
+    for (column, value) in sensitivity
+        .columns(&directions)
+        .unwrap()
+        .iter()
+        .zip(gradient)
+    {
         let exact: f64 = column
             .as_flattened()
             .iter()
@@ -428,7 +448,10 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
         let truth = [
             0.6, 0.0, 0.3, 0.1, -0.2, 0.3, 0.01, 0.02, -0.03, 0.15, 0.002, -0.001, 0.03,
         ];
-        let target = rig.solve(&map.parameters(&truth)).unwrap().positions();
+        let target = rig
+            .solve(&map.parameters(&truth).unwrap())
+            .unwrap()
+            .positions();
         let params = FitParams {
             method,
             activation_weight: 0.0,
@@ -513,56 +536,6 @@ fn full_steps_on_the_affine_maps_find_a_rigid_pose() {
 }
 
 #[test]
-fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
-    let map = Parametrization {
-        muscles: MUSCLES,
-        active: vec![0, 1, 2],
-        cranium: CraniumModel::Fixed,
-        jaw: JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05])),
-        controls: Vec::new(),
-    };
-    let mut rig = rig();
-    let mut target = rig
-        .solve(&map.parameters(&[0.6, 0.1, 0.3, 0.15, 0.0, 0.0, 0.0]))
-        .unwrap()
-        .positions();
-    // No pose reaches it: what is left is decided by weights and priors.
-    for (k, x) in target.iter_mut().enumerate() {
-        x[k % 3] += 1e-3 * f64::from(k as u32 % 7);
-    }
-    let mut fit = |factor: f64, initial: f64| {
-        let params = FitParams {
-            damping: Damping::Marquardt { initial },
-            rms_change: 1e-9,
-            ..FitParams::default()
-        };
-        let weights: Vec<f64> = (0..target.len())
-            .map(|k| factor * f64::from(1 + k as u32 % 3))
-            .collect();
-        let fitter = Fitter {
-            observation: &AllNodes {
-                nodes: target.len(),
-            },
-            target: target.as_flattened(),
-            weights: &weights,
-            parametrization: &map,
-            params: &params,
-        };
-        rig.solve(&Parameters::rest(MUSCLES)).unwrap();
-        fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap().q
-    };
-    let expected = fit(1.0, 1e-3);
-    for (factor, initial) in [(1e-9, 1e-3), (1e12, 1e-3), (1.0, 1e9)] {
-        let found = fit(factor, initial);
-        let apart = largest(found.iter().zip(&expected).map(|(a, b)| a - b));
-        assert!(
-            apart < 1e-4,
-            "{factor:e}, {initial:e}: {found:?}, {expected:?}"
-        );
-    }
-}
-
-#[test]
 fn the_guess_for_a_pose_close_by_is_its_solution() {
     let mut rig = rig_of(RigParams::default(), 1.0, 1.0);
     let mut pose = pose();
@@ -585,7 +558,7 @@ fn multigrid_finds_the_pose_that_factors_find() {
             ..RigParams::default()
         });
         rig.solve(&pose).unwrap();
-        (rig.solved().positions(), rig.work())
+        (rig.equilibrium().positions(), rig.work())
     };
     let (never, always) = (solved(MultigridUse::Never), solved(MultigridUse::Always));
     assert!(never.1.factorizations > 0 && never.1.linear_iterations == 0);

@@ -1,11 +1,13 @@
 //! What a landmark's weight is worth.
 
-use face_rig::anatomy::EmbeddedPoint;
+use super::derivatives::{MUSCLES, largest, rig};
+use face_rig::anatomy::{EmbeddedPoint, JawHinge};
 use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Parametrization};
-use face_rig::rig::{EmbeddedPoints, Rig, RigParams};
+use face_rig::rig::{AllNodes, EmbeddedPoints, Parameters, Rig, RigParams};
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs};
 use fem_materials::NeoHookean;
+use fem_solvers::Damping;
 
 /// One point that two targets pull at, and a head that moves freely: the least sum of weighted squares
 /// has it at the mean by weight.
@@ -47,5 +49,55 @@ fn a_point_comes_to_rest_at_the_mean_of_its_targets_by_weight() {
         let fit = fitter.fit(&mut rig, &[0.0; 6], &mut |_| {}).unwrap();
         let moved = fit.positions[node][0] - rest[0];
         assert!((moved - 0.01 * mean).abs() < 1e-7, "{weights:?}: {moved}");
+    }
+}
+
+#[test]
+fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
+    let map = Parametrization {
+        muscles: MUSCLES,
+        active: vec![0, 1, 2],
+        cranium: CraniumModel::Fixed,
+        jaw: JawModel::Hinge(JawHinge::sideways([0.02, 0.0, 0.05])),
+        controls: Vec::new(),
+    };
+    let mut rig = rig();
+    let mut target = rig
+        .solve(&map.parameters(&[0.6, 0.1, 0.3, 0.15]).unwrap())
+        .unwrap()
+        .positions();
+    // No pose reaches it: what is left is decided by weights and priors.
+    for (k, x) in target.iter_mut().enumerate() {
+        x[k % 3] += 1e-3 * f64::from(k as u32 % 7);
+    }
+    let mut fit = |factor: f64, initial: f64| {
+        let params = FitParams {
+            damping: Damping::Marquardt { initial },
+            rms_change: 1e-9,
+            ..FitParams::default()
+        };
+        let weights: Vec<f64> = (0..target.len())
+            .map(|k| factor * f64::from(1 + k as u32 % 3))
+            .collect();
+        let fitter = Fitter {
+            observation: &AllNodes {
+                nodes: target.len(),
+            },
+            target: target.as_flattened(),
+            weights: &weights,
+            parametrization: &map,
+            params: &params,
+        };
+        rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+        fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap().q
+    };
+    let expected = fit(1.0, 1e-3);
+    for (factor, initial) in [(1e-9, 1e-3), (1e12, 1e-3), (1.0, 1e9)] {
+        let found = fit(factor, initial);
+        let apart = largest(found.iter().zip(&expected).map(|(a, b)| a - b));
+        assert!(
+            apart < 1e-4,
+            "{factor:e}, {initial:e}: {found:?}, {expected:?}"
+        );
     }
 }

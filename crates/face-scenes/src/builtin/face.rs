@@ -162,10 +162,7 @@ impl BuiltinFace {
         teeth_block(bone)
     }
 
-    /// Positions of the landmarks for given node positions.
-    ///
-    /// # Panics
-    /// If `positions` has fewer entries than the mesh has nodes.
+    /// Positions of the landmarks for given node positions; NaN where a node of a landmark has none.
     pub fn landmark_positions(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         self.landmarks
             .iter()

@@ -12,7 +12,7 @@ struct CurvedMuscle {
     half_thickness_m: f64,
     #[serde(default)]
     closed_loop: bool,
-    #[serde(rename = "fibres")]
+    #[serde(alias = "fibres")]
     fibers: Vec<Vec<CurvePoint>>,
 }
 #[derive(Deserialize)]

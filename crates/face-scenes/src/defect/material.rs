@@ -62,7 +62,7 @@ impl From<ModelError> for MaterialDefect {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FibersDefect {
-    /// A peak stress that is none.
+    /// A largest isometric stress that is none.
     #[error("max_isometric_stress = {max_isometric_stress} must be pascals above 0")]
     MaxIsometricStress {
         /// What was given.

@@ -119,8 +119,9 @@ impl Influence {
                 format!("{} springs of {stiffness} N/m", ends.len())
             }
             InfluenceKind::Cavity { faces, .. } => {
-                let volume = self.cavity().and_then(Result::ok);
-                let volume = volume.map_or(f64::NAN, |c| c.volume(scene.mesh.nodes()));
+                let cavity = self.cavity().and_then(Result::ok);
+                let volume = cavity.and_then(|c| c.volume(scene.mesh.nodes()).ok());
+                let volume = volume.unwrap_or(f64::NAN);
                 format!("cavity of {:.2} cm³, {} faces", 1e6 * volume, faces.len())
             }
             InfluenceKind::Motion(moved) => format!("{} coordinates prescribed", moved.len()),

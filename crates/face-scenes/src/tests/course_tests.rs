@@ -40,9 +40,9 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 
 const CURVES: &str = r#"[
   { "index": 0, "name": "cord_L", "half_thickness_m": 0.004, "closed_loop": false, "length_m": 0.1,
-    "fibres": [[{ "kind": "skin", "point_m": [0.05, 0.02, 0.05] }, { "point_m": [0.05, 0.12, 0.05] }]] },
+    "fibers": [[{ "kind": "skin", "point_m": [0.05, 0.02, 0.05] }, { "point_m": [0.05, 0.12, 0.05] }]] },
   { "index": 1, "name": "sheet_L", "half_thickness_m": 0.003, "closed_loop": false,
-    "fibres": [[{ "point_m": [0.02, 0.05, 0.05] }, { "point_m": [0.08, 0.05, 0.05] }],
+    "fibers": [[{ "point_m": [0.02, 0.05, 0.05] }, { "point_m": [0.08, 0.05, 0.05] }],
                [{ "point_m": [0.02, 0.09, 0.05] }, { "point_m": [0.08, 0.09, 0.05] }]] },
   { "index": 2, "name": "ring_L", "half_thickness_m": 0.002, "closed_loop": true,
     "fibres": [[{ "point_m": [0.02, 0.15, 0.05] }, { "point_m": [0.08, 0.15, 0.05] },

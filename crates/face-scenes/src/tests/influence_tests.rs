@@ -108,7 +108,11 @@ fn the_columns_of_a_scene_agree_with_differences() {
     pose.controls = crate::parse_controls(&scene.influences, names).expect("values");
     rig.solve(&pose).expect("an equilibrium");
     let directions: Vec<Direction> = (0..10).map(Direction::Control).collect();
-    let columns = rig.sensitivity().expect("a slope").columns(&directions);
+    let columns = rig
+        .sensitivity()
+        .expect("a slope")
+        .columns(&directions)
+        .unwrap();
     for (k, column) in columns.iter().enumerate() {
         let h = if k == 5 { 1e-2 } else { 1e-3 };
         let mut at = |t: f64| {
@@ -301,6 +305,7 @@ fn the_mouth_of_the_coarse_head_is_a_cavity() {
     };
     let volume = Cavity::closed(faces.clone(), 1.0)
         .expect("closed")
-        .volume(scene.mesh.nodes());
+        .volume(scene.mesh.nodes())
+        .expect("faces of the mesh");
     assert!(volume > 50e-6 && volume < 400e-6, "{volume}");
 }

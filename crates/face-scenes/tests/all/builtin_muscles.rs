@@ -28,7 +28,7 @@ impl Stage {
         let rig = scene.rig(RigParams::default()).expect("a rig");
         Self {
             probe: Probe::new(tets),
-            rest: rig.solved().clone(),
+            rest: rig.equilibrium().clone(),
             scene,
             rig,
         }

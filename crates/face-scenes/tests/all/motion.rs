@@ -74,7 +74,7 @@ impl Probe {
         };
         let landmark = |i: usize| moved(&self.face.landmarks[i]);
         let shape = rig.assembly().positions(positions).expect("all nodes");
-        let ratios = rig.assembly().volume_ratios(shape);
+        let ratios = rig.assembly().volume_ratios(shape).unwrap();
         let ways = positions
             .iter()
             .zip(rest)

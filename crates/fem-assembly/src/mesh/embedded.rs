@@ -20,10 +20,12 @@ impl EmbeddedPoint {
     }
 
     /// Where the point is when the mesh's nodes are at `x`, meters: at rest with those of the mesh.
-    /// `x` has one entry per node.
+    /// `x` has one entry per node; without one for a node of the point, as of a point of another mesh,
+    /// its place is NaN, which fails every comparison that accepts something.
     #[inline]
     pub fn position(&self, x: &[[f64; 3]]) -> [f64; 3] {
-        let [a, b, c, d] = self.nodes.map(|n| x[n as usize]);
+        let at = |n: u32| x.get(n as usize).copied().unwrap_or([f64::NAN; 3]);
+        let [a, b, c, d] = self.nodes.map(at);
         let [p, q, r, s] = self.weights;
         std::array::from_fn(|i| p * a[i] + q * b[i] + r * c[i] + s * d[i])
     }
@@ -33,6 +35,23 @@ impl EmbeddedPoint {
 mod tests {
     use super::*;
     use crate::mesh::kuhn_grid;
+
+    #[test]
+    fn a_point_of_another_mesh_is_nowhere() {
+        let mesh = kuhn_grid(1, 1, 1, [1.0; 3]).expect("a grid");
+        let inside = EmbeddedPoint {
+            nodes: [0, 1, 2, 7],
+            weights: [0.25, 0.25, 0.5, 0.0],
+        };
+        let place = inside.position(mesh.nodes());
+        assert!(place.iter().all(|c| c.is_finite()), "{place:?}");
+        for nodes in [[0, 1, 2, 8], [u32::MAX, 1, 2, 3]] {
+            let place = EmbeddedPoint { nodes, ..inside }.position(mesh.nodes());
+            assert!(place.iter().all(|c| c.is_nan()), "{place:?}");
+        }
+        let place = inside.position(&mesh.nodes()[..7]);
+        assert!(place.iter().all(|c| c.is_nan()), "{place:?}");
+    }
 
     #[test]
     fn an_affine_motion_carries_the_point() {

@@ -75,11 +75,16 @@ impl<const D: usize> Cavity<D> {
 
     /// V at these positions, m³ (m² in 2D).
     ///
-    /// # Panics
-    /// When there are fewer positions than the faces name.
-    pub fn volume(&self, positions: &[[f64; D]]) -> f64 {
+    /// # Errors
+    /// When a face names a node that has no position.
+    pub fn volume(&self, positions: &[[f64; D]]) -> Result<f64, AssemblyError> {
+        let count = positions.len();
+        let mut named = self.faces.as_flattened().iter().map(|&n| n as usize);
+        if let Some(node) = named.find(|&n| n >= count) {
+            return Err(AssemblyError::NoSuchNode { node, count });
+        }
         let of = |s| self.edges(positions, s).determinant() / Self::FACTORIAL;
-        (0..self.faces.len()).map(of).sum()
+        Ok((0..self.faces.len()).map(of).sum())
     }
 
     /// The faces, with those that close it.

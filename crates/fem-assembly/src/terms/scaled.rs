@@ -114,6 +114,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
         self.term
             .hessian_vector(at, displacement, stencils, &mut sink);
     }
+    fn nodes(&self) -> usize {
+        self.term.nodes()
+    }
     fn controls(&self) -> usize {
         self.control.saturating_add(1)
     }

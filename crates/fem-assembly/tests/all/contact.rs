@@ -81,15 +81,17 @@ pub(crate) fn lowered(mesh: &SimplexMesh<3>, by: f64) -> Vec<Point> {
 
 pub(crate) fn force(assembly: &Assembly<3>, x: &[Point]) -> Vec<f64> {
     let mut g = vec![0.0; assembly.dofs().vector_len()];
-    assembly.gradient(assembly.configuration(x, &[]).unwrap(), &mut g);
+    assembly
+        .gradient(assembly.configuration(x, &[]).unwrap(), &mut g)
+        .unwrap();
     g
 }
 
 fn moved(assembly: &Assembly<3>, x: &[Point], d: &[f64], t: f64) -> Vec<Point> {
-    let mut u = assembly.dofs().gather(x);
+    let mut u = assembly.dofs().gather(x).unwrap();
     u.iter_mut().zip(d).for_each(|(u, d)| *u += t * d);
     let mut all = x.to_vec();
-    assembly.dofs().scatter(&u, &mut all);
+    assembly.dofs().scatter(&u, &mut all).unwrap();
     all
 }
 
@@ -199,7 +201,7 @@ fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_sam
         let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, PARAMS).unwrap();
         let fresh = assembly(&mesh, 0.1);
         contact.renew(fresh.configuration(x, &[]).unwrap());
-        contact.deepest(x)
+        contact.deepest(x).unwrap()
     };
     let (before, after) = (depth(&lowered(&mesh, 0.16)), depth(&done.positions));
     assert!((before - 0.06).abs() < 1e-9, "{before}");

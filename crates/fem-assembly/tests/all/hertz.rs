@@ -82,7 +82,7 @@ fn a_ball_presses_as_hertz_says() {
         .solve(&problem, &mut x, &newton)
         .unwrap();
     crate::promise::kept(&problem, &x, &newton, &info, "Hertz");
-    let positions = problem.positions(&x);
+    let positions = problem.positions(&x).unwrap();
     let forces = assembly.forces_everywhere(assembly.configuration(&positions, &[]).unwrap());
     let force = 4.0 * prescribed.iter().map(|&n| forces[n][2]).sum::<f64>();
     let stiffness = YOUNG / (1.0 - POISSON * POISSON);

@@ -26,7 +26,7 @@ fn solved(body: &Assembly<3>) -> (Vec<[f64; 3]>, usize) {
     let info = Newton::new(&problem).solve(&problem, &mut x, &params);
     let info = info.unwrap();
     crate::promise::kept(&problem, &x, &params, &info, "a block with a load");
-    (problem.positions(&x), info.iterations)
+    (problem.positions(&x).unwrap(), info.iterations)
 }
 
 fn sinking(mesh: &SimplexMesh<3>, body: &Assembly<3>) -> f64 {
@@ -88,8 +88,8 @@ fn patches_keep_their_volume_and_elements_need_not() {
         .solve(&problem, &mut x, &params)
         .unwrap();
     crate::promise::kept(&problem, &x, &params, &info, "patches");
-    let shape = problem.positions(&x);
-    let ratios = body.volume_ratios(body.positions(&shape).unwrap());
+    let shape = problem.positions(&x).unwrap();
+    let ratios = body.volume_ratios(body.positions(&shape).unwrap()).unwrap();
     for patch in patches.lists() {
         let (mut now, mut rest) = (0.0, 0.0);
         for &(e, _) in patch {

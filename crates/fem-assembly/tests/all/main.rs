@@ -7,6 +7,7 @@ mod evaluations;
 mod free_parts;
 mod hertz;
 mod incompressible;
+mod lengths;
 mod loads;
 mod meaning;
 mod multigrid;

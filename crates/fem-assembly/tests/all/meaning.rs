@@ -54,7 +54,7 @@ fn a_fibers_falling_tension_is_projected_as_asked() {
     let stretched: Vec<[f64; 3]> = stretched.collect();
     let at = body.configuration(&stretched, &[1.0]).unwrap();
     let direction: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| [p[0], 0.0, 0.0]).collect();
-    let direction = body.dofs().gather(&direction);
+    let direction = body.dofs().gather(&direction).unwrap();
     let curvature = |projection| {
         let mut matrix = BlockSymmetric::zeros(body.pattern().clone());
         body.hessian(at, projection, &mut matrix);

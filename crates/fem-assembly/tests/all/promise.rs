@@ -14,11 +14,14 @@ pub fn kept<const D: usize>(
     what: &str,
 ) {
     let assembly = problem.assembly();
-    let positions = problem.positions(x);
+    let positions = problem.positions(x).unwrap();
     let at = assembly
         .configuration(&positions, problem.controls())
         .unwrap();
-    let left = assembly.dofs().gather(&assembly.forces_everywhere(at));
+    let left = assembly
+        .dofs()
+        .gather(&assembly.forces_everywhere(at))
+        .unwrap();
     let prescribed = prescribed_axes(problem, x);
     let scales = problem.gradient_scales(x);
     // Another order of the sums has another rounding: twice the floor.
@@ -42,7 +45,11 @@ pub fn kept<const D: usize>(
 /// Axes of partly free nodes that are prescribed: their force is a reaction.
 fn prescribed_axes<const D: usize>(problem: &Quasistatic<'_, D>, x: &[f64]) -> Vec<bool> {
     let moved: Vec<f64> = x.iter().map(|x| x + 1.0).collect();
-    let back = problem.assembly().dofs().gather(&problem.positions(&moved));
+    let back = problem
+        .assembly()
+        .dofs()
+        .gather(&problem.positions(&moved).unwrap())
+        .unwrap();
     // A solve may leave rounding in what it does not move.
     back.iter()
         .zip(x)

@@ -51,7 +51,7 @@ fn solved<const D: usize>(body: &Assembly<D>, start: Vec<[f64; D]>) -> Vec<[f64;
         .solve(&problem, &mut x, &params)
         .unwrap();
     crate::promise::kept(&problem, &x, &params, &info, "quadratic elements");
-    problem.positions(&x)
+    problem.positions(&x).unwrap()
 }
 
 fn patch<const D: usize>(body: &Assembly<D>) {
@@ -289,7 +289,9 @@ const ACTIVATIONS: [f64; 2] = [0.7, 0.3];
 
 fn gradient(body: &Assembly<3>, x: &[[f64; 3]], controls: &[f64]) -> (f64, Vec<f64>) {
     let mut g = vec![0.0; body.dofs().vector_len()];
-    let energy = body.gradient(body.configuration(x, controls).unwrap(), &mut g);
+    let energy = body
+        .gradient(body.configuration(x, controls).unwrap(), &mut g)
+        .unwrap();
     (energy, g)
 }
 
@@ -316,13 +318,13 @@ fn fibers_in_quadratic_tets_have_the_derivatives_of_their_energy() {
     let along: Vec<f64> = g.iter().map(|g| g / length).collect();
     for direction in [free, along] {
         let moved = |t: f64| {
-            let mut unknowns = body.dofs().gather(&x);
+            let mut unknowns = body.dofs().gather(&x).unwrap();
             unknowns
                 .iter_mut()
                 .zip(&direction)
                 .for_each(|(u, d)| *u += t * d);
             let mut all = x.clone();
-            body.dofs().scatter(&unknowns, &mut all);
+            body.dofs().scatter(&unknowns, &mut all).unwrap();
             all
         };
         let energy_slope = slope(|t| gradient(&body, &moved(t), &ACTIVATIONS).0, 1e-4);
@@ -330,9 +332,9 @@ fn fibers_in_quadratic_tets_have_the_derivatives_of_their_energy() {
         assert!((energy_slope - exact).abs() < 1e-7 * exact.abs().max(1.0));
 
         let mut all = vec![[0.0; 3]; x.len()];
-        body.dofs().scatter(&direction, &mut all);
+        body.dofs().scatter(&direction, &mut all).unwrap();
         let mut product = vec![0.0; g.len()];
-        body.hessian_vector(at, &all, &mut product);
+        body.hessian_vector(at, &all, &mut product).unwrap();
         let mut hessian = BlockSymmetric::zeros(body.pattern().clone());
         body.hessian(at, HessianProjection::None, &mut hessian);
         let mut of_matrix = vec![0.0; g.len()];
@@ -347,7 +349,7 @@ fn fibers_in_quadratic_tets_have_the_derivatives_of_their_energy() {
     // Affine in each activation.
     for control in 0..2 {
         let mut by_control = vec![0.0; g.len()];
-        body.control_gradient(at, control, &mut by_control);
+        body.control_gradient(at, control, &mut by_control).unwrap();
         let mut more = ACTIVATIONS;
         more[control] += 1.0;
         let (_, higher) = gradient(&body, &x, &more);

@@ -239,8 +239,9 @@ fn derivatives_hold_with_a_bone_that_moves() {
                 (slope - dot(&g, &d)).abs() <= 1e-6 * scale,
                 "{sampled} {moving}: {slope}"
             );
-            let product =
-                assembly.hessian_vector_everywhere(assembly.configuration(&x, &[]).unwrap(), &d);
+            let product = assembly
+                .hessian_vector_everywhere(assembly.configuration(&x, &[]).unwrap(), &d)
+                .unwrap();
             let top = product
                 .as_flattened()
                 .iter()
@@ -266,10 +267,10 @@ fn derivatives_hold_with_a_bone_that_moves() {
             .map(|i| wave(i, 0, 0.5))
             .collect();
         let mut all = vec![[0.0; 3]; x.len()];
-        assembly.dofs().scatter(&u, &mut all);
+        assembly.dofs().scatter(&u, &mut all).unwrap();
         let (mut by_matrix, mut by_product) = (vec![0.0; u.len()], vec![0.0; u.len()]);
         matrix.apply(&u, &mut by_matrix);
-        assembly.hessian_vector(at, &all, &mut by_product);
+        assembly.hessian_vector(at, &all, &mut by_product).unwrap();
         let top = by_matrix.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         for (a, b) in by_matrix.iter().zip(&by_product) {
             assert!((a - b).abs() < 1e-12 * top);
@@ -309,7 +310,7 @@ fn solve(assembly: &Assembly<3>, start: Vec<Point>) -> (Vec<Point>, NewtonInfo) 
         .solve(&problem, &mut x, &params)
         .unwrap();
     crate::promise::kept(&problem, &x, &params, &info, "a rigid solid");
-    (problem.positions(&x), info)
+    (problem.positions(&x).unwrap(), info)
 }
 
 /// A ball pressed 0.16 into a block, the start 0.16 deep: it leaves, on any number of threads, with
@@ -366,11 +367,11 @@ fn no_step_leads_through_a_thin_solid() {
         .unwrap();
     let down = vec![[0.0, 0.0, -2.0]; rest.len()];
     let at = assembly.configuration(rest, &[]).unwrap();
-    let t = assembly.largest_step(at, &down);
+    let t = assembly.largest_step(at, &down).unwrap();
     // The lower side reaches z = −0.44 at t = 0.22.
     assert!(t > 0.2 && t < 0.22, "{t}");
     let up = vec![[0.0, 0.0, 2.0]; rest.len()];
-    assert_eq!(assembly.largest_step(at, &up), f64::INFINITY);
+    assert_eq!(assembly.largest_step(at, &up).unwrap(), f64::INFINITY);
     let energy = |z: f64| {
         let x: Vec<Point> = rest.iter().map(|p| [p[0], p[1], p[2] + z]).collect();
         assembly.energy(assembly.configuration(&x, &[]).unwrap())
@@ -431,6 +432,7 @@ fn a_solve_does_not_pass_a_thin_solid() {
     crate::promise::kept(&problem, &x, &params, &info, "a thin solid");
     let lowest = problem
         .positions(&x)
+        .unwrap()
         .iter()
         .map(|p| p[2])
         .fold(0.0, f64::min);

@@ -86,7 +86,7 @@ fn solve(
         .solve(&problem, &mut x, &params)
         .unwrap_or_else(|e| panic!("{what}: {e}"));
     crate::promise::kept(&problem, &x, &params, &info, what);
-    (problem.positions(&x), info)
+    (problem.positions(&x).unwrap(), info)
 }
 
 fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {

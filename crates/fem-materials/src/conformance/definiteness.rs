@@ -1,4 +1,4 @@
-//! The definiteness filters against the numeric eigenvalue filter.
+//! Projected derivatives against the numeric projection of eigenvalues.
 
 use super::Claim;
 use super::report::{Property, Report};
@@ -19,23 +19,23 @@ pub(super) fn check<const D: usize, M: Material<D>>(
     }
     let size = Sizes::at(material, F).derivative;
     let tensor = material.stress_derivative(F);
-    for filter in [
+    for projection in [
         HessianProjection::None,
         HessianProjection::Clamp,
         HessianProjection::Absolute,
     ] {
-        let filtered = material.filtered_derivative(F, filter);
-        let by_terms = claims.contains(&Claim::FilteredByTerms);
-        if filter == HessianProjection::None || !by_terms {
-            let numeric = filter.apply(&tensor);
-            let apart = (filtered + numeric.scale(-1.0)).norm();
-            report.record(Property::FilterIsProjection, apart / size, F);
+        let projected = material.projected_derivative(F, projection);
+        let by_terms = claims.contains(&Claim::ProjectedByTerms);
+        if projection == HessianProjection::None || !by_terms {
+            let numeric = projection.apply(&tensor);
+            let apart = (projected + numeric.scale(-1.0)).norm();
+            report.record(Property::ProjectionIsNumeric, apart / size, F);
         }
-        if filter != HessianProjection::None {
-            let stiffer = filtered + tensor.scale(-1.0);
-            let size = size + filtered.norm();
-            for negative in [most_negative(&filtered), most_negative(&stiffer)] {
-                report.record(Property::FilteredIsDefinite, negative / size, F);
+        if projection != HessianProjection::None {
+            let stiffer = projected + tensor.scale(-1.0);
+            let size = size + projected.norm();
+            for negative in [most_negative(&projected), most_negative(&stiffer)] {
+                report.record(Property::ProjectedIsDefinite, negative / size, F);
             }
         }
     }

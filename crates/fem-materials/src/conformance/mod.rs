@@ -50,9 +50,9 @@ pub enum Claim {
     StressFreeRest,
     /// The energy is +∞ wherever det F ≤ 0.
     PositiveDeterminant,
-    /// The definiteness filter works on the terms of a sum one by one: cheaper than on their
+    /// The projection works on the terms of a sum one by one: cheaper than on their
     /// total, just as definite, but stiffer than the nearest definite tensor.
-    FilteredByTerms,
+    ProjectedByTerms,
 }
 
 /// What to try, and with which random numbers.

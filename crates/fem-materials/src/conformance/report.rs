@@ -22,12 +22,12 @@ pub enum Property {
     /// The share of directions that the differences could not judge, because ∂P/∂F bends within
     /// the smallest step. A kink is met rarely; noise is met everywhere.
     DifferencesLeftOut,
-    /// `filtered_derivative` is what the numeric eigenvalue filter makes of ∂P/∂F; for a material
-    /// that filters its terms one by one, see [`Claim::FilteredByTerms`](super::Claim).
-    FilterIsProjection,
-    /// `filtered_derivative` with clamping or absolute values has no negative eigenvalue, and is
+    /// `projected_derivative` is what the numeric eigenvalue projection makes of ∂P/∂F; for a material
+    /// that projects its terms one by one, see [`Claim::ProjectedByTerms`](super::Claim).
+    ProjectionIsNumeric,
+    /// `projected_derivative` with clamping or absolute values has no negative eigenvalue, and is
     /// no softer than ∂P/∂F in any direction.
-    FilteredIsDefinite,
+    ProjectedIsDefinite,
     /// ψ(QF) = ψ(F) and P(QF) = Q P(F) for every rotation Q.
     Objectivity,
     /// ψ(QFQᵀ) = ψ(F) and P(QFQᵀ) = Q P(F) Qᵀ for every rotation Q.
@@ -57,8 +57,8 @@ impl Property {
             | Self::DifferentialIsStressDerivative
             | Self::DerivativeIsDifferential
             | Self::DerivativeIsSymmetric
-            | Self::FilterIsProjection
-            | Self::FilteredIsDefinite
+            | Self::ProjectionIsNumeric
+            | Self::ProjectedIsDefinite
             | Self::Objectivity
             | Self::Isotropy => 1e-12,
             // The best step of the ladder leaves about ε^(4/5) = 3e-13 times the condition.
@@ -84,8 +84,8 @@ impl Property {
             Self::StressByDifferences => "P diff",
             Self::DerivativeByDifferences => "dP diff",
             Self::DifferencesLeftOut => "no diff",
-            Self::FilterIsProjection => "filter",
-            Self::FilteredIsDefinite => "definite",
+            Self::ProjectionIsNumeric => "projection",
+            Self::ProjectedIsDefinite => "definite",
             Self::Objectivity => "objective",
             Self::Isotropy => "isotropic",
             Self::LanesAgree => "lanes",
@@ -108,8 +108,8 @@ impl Property {
             Self::StressByDifferences => "P by differences",
             Self::DerivativeByDifferences => "dP/dF by differences",
             Self::DifferencesLeftOut => "share without differences",
-            Self::FilterIsProjection => "filter = numeric projection",
-            Self::FilteredIsDefinite => "filtered dP/dF definite",
+            Self::ProjectionIsNumeric => "projection = numeric one",
+            Self::ProjectedIsDefinite => "projected dP/dF definite",
             Self::Objectivity => "objectivity",
             Self::Isotropy => "isotropy",
             Self::LanesAgree => "lanes = scalar",

@@ -67,19 +67,19 @@ impl<const D: usize, M: Material<D>> Material<D> for Thresholded<M> {
         self.inner.stress_derivative(&self.lifted(F))
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        self.inner.filtered_derivative(&self.lifted(F), filter)
+        self.inner.projected_derivative(&self.lifted(F), projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
         self.inner.energy_and_stress(&self.lifted(F))
     }
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
-        self.inner.evaluate(&self.lifted(F), filter)
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, projection: HessianProjection) -> Evaluation<T, D> {
+        self.inner.evaluate(&self.lifted(F), projection)
     }
 }

@@ -70,16 +70,16 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
         }
     }
 
-    /// Negative eigenvalues of every block treated as `filter` says; the eigenvalues of the
+    /// Negative eigenvalues of every block treated as `projection` says; the eigenvalues of the
     /// blocks are those of the whole tensor.
     #[inline(always)]
-    pub fn filtered(&self, filter: HessianProjection) -> Self {
+    pub fn projected(&self, projection: HessianProjection) -> Self {
         let mut out = Self {
-            A: filter.matrix(&self.A),
+            A: projection.matrix(&self.A),
             ..*self
         };
         for n in 0..pairs::<D>() {
-            (out.alpha[n], out.beta[n]) = filter.twin(self.alpha[n], self.beta[n]);
+            (out.alpha[n], out.beta[n]) = projection.twin(self.alpha[n], self.beta[n]);
         }
         out
     }
@@ -142,17 +142,17 @@ const fn pairs<const D: usize>() -> usize {
     D * (D - 1) / 2
 }
 
-/// The filtered ∂P/∂F of any isotropic model, given its ∂P/∂F at a diagonal F̂: exact, by one
+/// The projected ∂P/∂F of any isotropic model, given its ∂P/∂F at a diagonal F̂: exact, by one
 /// SVD, one 3×3 and three 2×2 eigenvalue problems.
 #[inline(always)]
-pub fn filtered<T: Real, const D: usize>(
+pub fn projected<T: Real, const D: usize>(
     F: &Mat<T, D>,
-    filter: HessianProjection,
+    projection: HessianProjection,
     derivative_at: impl FnOnce(&Mat<T, D>) -> Tensor4<T, D>,
 ) -> Tensor4<T, D> {
     let svd = signed_svd(F);
     let derivative = derivative_at(&Mat::from_diagonal(svd.sigma));
     DiagonalBlocks::from_tensor(&derivative)
-        .filtered(filter)
+        .projected(projection)
         .rotated(&svd)
 }

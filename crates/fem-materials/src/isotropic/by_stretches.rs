@@ -102,12 +102,12 @@ pub struct ByStretches<M>(pub M);
 fn derivative<T: Real, const D: usize, M: StretchEnergy<D>>(
     model: &M,
     svd: &Svd<T, D>,
-    filter: HessianProjection,
+    projection: HessianProjection,
 ) -> Tensor4<T, D> {
     let blocks = model.blocks(&svd.sigma);
-    match filter {
+    match projection {
         HessianProjection::None => blocks.rotated(svd),
-        _ => blocks.filtered(filter).rotated(svd),
+        _ => blocks.projected(projection).rotated(svd),
     }
 }
 
@@ -134,12 +134,12 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
         derivative(&self.0, &signed_svd(F), HessianProjection::None)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        derivative(&self.0, &signed_svd(F), filter)
+        derivative(&self.0, &signed_svd(F), projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {
@@ -147,12 +147,12 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
         (self.0.energy_at(F, &svd), self.0.stress_at(F, &svd))
     }
     #[inline(always)]
-    fn evaluate<T: Real>(&self, F: &Mat<T, D>, filter: HessianProjection) -> Evaluation<T, D> {
+    fn evaluate<T: Real>(&self, F: &Mat<T, D>, projection: HessianProjection) -> Evaluation<T, D> {
         let svd = signed_svd(F);
         Evaluation {
             energy: self.0.energy_at(F, &svd),
             stress: self.0.stress_at(F, &svd),
-            derivative: derivative(&self.0, &svd, filter),
+            derivative: derivative(&self.0, &svd, projection),
         }
     }
 }

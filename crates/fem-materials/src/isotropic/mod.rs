@@ -11,7 +11,7 @@ mod by_stretches;
 mod first_invariant;
 mod mooney_rivlin_blocks;
 
-pub use blocks::{AlphaBetaGamma, DiagonalBlocks, PAIRS, filtered};
+pub use blocks::{AlphaBetaGamma, DiagonalBlocks, PAIRS, projected};
 pub use by_invariants::{ByInvariants, Domain, InvariantEnergy};
 pub use by_stretches::{ByStretches, StretchEnergy, positive_sum};
 pub use first_invariant::{FirstInvariant, FirstInvariantEnergy, Volume};

@@ -171,13 +171,13 @@ impl Material<3> for HolzapfelGasserOgden {
     fn stress_derivative<T: Real>(&self, F: &Mat<T, 3>) -> Tensor4<T, 3> {
         self.add_fibers(self.ground().stress_derivative(F), F)
     }
-    /// The fibers are never indefinite, so only the ground substance is filtered.
+    /// The fibers are never indefinite, so only the ground substance is projected.
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, 3>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, 3> {
-        self.add_fibers(self.ground().filtered_derivative(F, filter), F)
+        self.add_fibers(self.ground().projected_derivative(F, projection), F)
     }
 }

@@ -193,12 +193,12 @@ impl<const D: usize> Material<D> for QrAnisotropic {
         self.coefficients::<T>().stress_derivative(F)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        self.coefficients::<T>().filtered_derivative(F, filter)
+        self.coefficients::<T>().projected_derivative(F, projection)
     }
 }
 
@@ -227,12 +227,12 @@ impl<const D: usize> MaterialField<D> for DegradableQr {
         self.coefficients(d, F).stress_derivative(F)
     }
     #[inline(always)]
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         d: &Local1<T>,
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        self.coefficients(d, F).filtered_derivative(F, projection)
+        self.coefficients(d, F).projected_derivative(F, projection)
     }
 }

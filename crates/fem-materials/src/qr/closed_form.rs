@@ -116,15 +116,15 @@ impl<T: Real> Coefficients<T> {
         self.add_fibers(isotropic, F, &rest, HessianProjection::None)
     }
 
-    /// ∂P/∂F with its negative eigenvalues filtered: the isotropic part in the frame of the
+    /// ∂P/∂F with its negative eigenvalues projected: the isotropic part in the frame of the
     /// singular vectors, each fiber through its eigenvalues k (once) and k (1 − 1/s).
     #[inline(always)]
-    pub fn filtered_derivative<const D: usize>(
+    pub fn projected_derivative<const D: usize>(
         &self,
         F: &Mat<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        if filter == HessianProjection::None {
+        if projection == HessianProjection::None {
             return self.stress_derivative(F);
         }
         let rest = RestMeasures::new(F);
@@ -133,8 +133,9 @@ impl<T: Real> Coefficients<T> {
             ky: T::zero(),
             ..*self
         };
-        let isotropic = isotropic::filtered(F, filter, |F_hat| passive.stress_derivative(F_hat));
-        self.add_fibers(isotropic, F, &rest, filter)
+        let isotropic =
+            isotropic::projected(F, projection, |F_hat| passive.stress_derivative(F_hat));
+        self.add_fibers(isotropic, F, &rest, projection)
     }
 
     /// The fiber along an axis. A function and not a closure, which would stay outside the kernel that
@@ -170,12 +171,12 @@ impl<T: Real> Coefficients<T> {
         mut derivative: Tensor4<T, D>,
         F: &Mat<T, D>,
         rest: &RestMeasures<T, D>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, D> {
         for axis in 0..D - 1 {
             let strand = self.strand(F, rest, axis);
-            let across = filter.eigenvalue(strand.k * strand.extension * strand.inverse_length);
-            let along = filter.eigenvalue(strand.k);
+            let across = projection.eigenvalue(strand.k * strand.extension * strand.inverse_length);
+            let along = projection.eigenvalue(strand.k);
             let block = &mut derivative.0[strand.axis][strand.axis];
             *block += Mat::outer(strand.u, strand.u).scale(along - across);
             for i in 0..D {

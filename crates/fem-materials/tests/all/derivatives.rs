@@ -54,12 +54,12 @@ impl ModelVisitor for Check {
                 "{name}"
             );
             assert!(norm(&(stress - P)) <= 1e-13 * (norm(&P) + scale), "{name}");
-            for filter in [HessianProjection::Clamp, HessianProjection::Absolute] {
-                let all = model.evaluate(&F, filter);
+            for projection in [HessianProjection::Clamp, HessianProjection::Absolute] {
+                let all = model.evaluate(&F, projection);
                 let work = dF.dot(&all.derivative.apply(&dF));
                 assert!(
                     work >= -1e-9 * floor,
-                    "{name} {D}D: {filter:?} left {work} at {F:?}"
+                    "{name} {D}D: {projection:?} left {work} at {F:?}"
                 );
             }
             let lanes = Mat::<F64x8, D>::from_f64(&F);

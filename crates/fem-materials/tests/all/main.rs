@@ -3,13 +3,13 @@
 
 mod curves;
 mod derivatives;
-mod filters;
 mod inversion;
 mod isotropic;
 mod lame;
 mod meaning;
 mod near_rest;
 mod numbers;
+mod projections;
 mod properties;
 mod qr;
 mod registry;

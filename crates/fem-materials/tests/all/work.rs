@@ -118,9 +118,9 @@ impl ModelVisitor for Visitor {
             roots(|| material.stress_derivative(&F)),
             roots(|| material.evaluate(&F, HessianProjection::None)),
         ];
-        let filtered = roots(|| material.filtered_derivative(&F, HessianProjection::Clamp));
-        if <M as MaterialField<D>>::FILTER_DECOMPOSES {
-            assert!(filtered >= of_svd, "{}: {filtered} roots", entry.name);
+        let projected = roots(|| material.projected_derivative(&F, HessianProjection::Clamp));
+        if <M as MaterialField<D>>::PROJECTION_DECOMPOSES {
+            assert!(projected >= of_svd, "{}: {projected} roots", entry.name);
         }
         for count in counts {
             // One decomposition, and never two, for everything together.

@@ -205,8 +205,8 @@ impl NewtonIteration {
         let hessian = match (self.projection, self.shift) {
             (HessianProjection::None, 0.0) => "the exact Hessian".into(),
             (HessianProjection::None, share) => format!("{share:.1e} of its diagonal added"),
-            (filter, 0.0) => format!("{filter:?} Hessian"),
-            (filter, share) => format!("{share:.2} of the way to the {filter:?} Hessian"),
+            (projection, 0.0) => format!("{projection:?} Hessian"),
+            (projection, share) => format!("{share:.2} of the way to the {projection:?} Hessian"),
         };
         let Self { step, t, .. } = self;
         format!(" (last step {step:.1e}, {t:.2} of Newton's, {hessian})")

@@ -25,10 +25,10 @@ pub(super) struct Workspace<'d, const D: usize> {
     /// The Hessian assembled last; `None` for problems that give only products.
     pub matrix: Option<BlockSymmetric<D>>,
     /// Share of the diagonal to start the next step with, under
-    /// [`ProjectionPolicy::ExactThenShifted`], or of the way to the filtered matrix under
+    /// [`ProjectionPolicy::ExactThenShifted`], or of the way to the projected matrix under
     /// [`ProjectionPolicy::ExactThenBlended`]; forgotten between solves.
     pub shift: Shift,
-    /// What a filter changes in the matrix, made where it is needed.
+    /// What a projection changes in the matrix, made where it is needed.
     change: Option<BlockSymmetric<D>>,
     /// Is the matrix the exact Hessian of the next step already?
     pub current: bool,
@@ -220,7 +220,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
     }
 
     /// As little of the negative curvature of one-sided parts is left out as makes the tangent positive
-    /// definite; then it goes as little of the way to the filtered one as that takes; `false` if not
+    /// definite; then it goes as little of the way to the projected one as that takes; `false` if not
     /// even that is.
     fn blended<P: NonlinearProblem<D> + ?Sized>(
         &mut self,
@@ -247,7 +247,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
             }
         }
         if !known {
-            self.shift.refused(ShareRule::FILTER);
+            self.shift.refused(ShareRule::PROJECTION);
         }
         result.projection = HessianProjection::Absolute;
         if let Some(matrix) = &self.matrix {
@@ -270,7 +270,7 @@ impl<'d, const D: usize> Workspace<'d, D> {
             if self.attempt(at, 0.0, result)? {
                 return Ok(true);
             }
-            if !self.shift.refused(ShareRule::FILTER) {
+            if !self.shift.refused(ShareRule::PROJECTION) {
                 break;
             }
         }

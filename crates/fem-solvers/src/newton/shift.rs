@@ -1,5 +1,5 @@
 //! How much an indefinite Hessian is changed: the share of its own diagonal that is added (Levenberg
-//! 1944), or of the way to its filtered form.
+//! 1944), or of the way to its projected form.
 
 /// The share, remembered from step to step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,8 +30,8 @@ impl ShareRule {
         decay: 0.2,
         most: f64::INFINITY,
     };
-    /// Of the filter, where 1 is the whole of it.
-    pub const FILTER: Self = Self {
+    /// Of the projection, where 1 is the whole of it.
+    pub const PROJECTION: Self = Self {
         first: 0.1,
         growth: 3.0,
         decay: 0.4,
@@ -71,7 +71,7 @@ impl Shift {
     /// The matrix was not positive definite with what is left of one-sided parts; `false` when nothing
     /// negative of them was left.
     pub fn refused_one_sided(&mut self) -> bool {
-        // Where the filter was needed a step ago, leaving these parts out was not enough.
+        // Where the projection was needed a step ago, leaving these parts out was not enough.
         let all = self.one_sided >= 1.0 || self.before > 0.0;
         let more = Self::ONE_SIDED_GROWTH * self.one_sided;
         self.one_sided = more.clamp(2.0 * Self::ONE_SIDED_LEAST, 1.0);
@@ -129,7 +129,7 @@ mod tests {
     /// short one, nothing once it is next to nothing or the end is near.
     #[test]
     fn shares_follow_refusals_and_steps() {
-        let rule = ShareRule::FILTER;
+        let rule = ShareRule::PROJECTION;
         let near = |shift: Shift, share: f64| (shift.share() - share).abs() < 1e-15;
         let mut shift = Shift::default();
         for share in [0.1, 0.3, 0.9, 1.0] {

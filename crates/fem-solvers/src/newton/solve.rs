@@ -306,7 +306,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         state.accept(x, &accepted);
         let left = state.info.gradient_norm / before;
         let rule = match params.projection {
-            ProjectionPolicy::ExactThenBlended => ShareRule::FILTER,
+            ProjectionPolicy::ExactThenBlended => ShareRule::PROJECTION,
             _ => ShareRule::DIAGONAL,
         };
         self.workspace.shift.stepped(rule, accepted.t, left);

@@ -112,8 +112,14 @@ mod tests {
         fn gradient(&self, x: &[f64], g: &mut [f64]) {
             g.copy_from_slice(&[2.0 * x[0], -3.0 * x[1]]);
         }
-        fn hessian_vector(&self, _: &[f64], filter: HessianProjection, v: &[f64], y: &mut [f64]) {
-            let second: f64 = filter.eigenvalue(-3.0);
+        fn hessian_vector(
+            &self,
+            _: &[f64],
+            projection: HessianProjection,
+            v: &[f64],
+            y: &mut [f64],
+        ) {
+            let second: f64 = projection.eigenvalue(-3.0);
             y.copy_from_slice(&[2.0 * v[0], second * v[1]]);
         }
     }

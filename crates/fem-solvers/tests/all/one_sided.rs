@@ -31,12 +31,12 @@ impl Ball {
         (r, (RADIUS - r).max(0.0))
     }
 
-    fn assemble(x: &[f64], share: f64, filter: HessianProjection, out: &mut BlockSymmetric<2>) {
+    fn assemble(x: &[f64], share: f64, projection: HessianProjection, out: &mut BlockSymmetric<2>) {
         let (r, depth) = Self::depth(x);
         let n = [x[0] / r, x[1] / r];
         // Along the normal, and across it, where the push turns with the point.
         let (along, across) = (2.0 * PUSH * depth, -PUSH * depth * depth / r);
-        let across = match filter {
+        let across = match projection {
             HessianProjection::None => (1.0 - share) * across,
             _ => 0.0,
         };
@@ -83,8 +83,8 @@ impl NonlinearProblem<2> for Ball {
             g[i] = x[i] - HOME[i] - PUSH * depth * depth * x[i] / r;
         }
     }
-    fn hessian(&self, x: &[f64], filter: HessianProjection, out: &mut BlockSymmetric<2>) {
-        Self::assemble(x, 0.0, filter, out);
+    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<2>) {
+        Self::assemble(x, 0.0, projection, out);
     }
     fn is_one_sided(&self) -> bool {
         self.told
@@ -92,11 +92,11 @@ impl NonlinearProblem<2> for Ball {
     fn one_sided_hessian(
         &self,
         x: &[f64],
-        filter: HessianProjection,
+        projection: HessianProjection,
         share: f64,
         out: &mut BlockSymmetric<2>,
     ) {
-        Self::assemble(x, share, filter, out);
+        Self::assemble(x, share, projection, out);
     }
     fn prepare(&self, _: &[f64], _: &[f64]) -> bool {
         self.prepared.set(self.prepared.get() + 1);

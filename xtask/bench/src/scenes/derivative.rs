@@ -46,7 +46,7 @@ fn difference(
     muscle: usize,
     weights: &[(f64, f64)],
 ) -> Result<Vec<[f64; 3]>, Failure> {
-    let mut sum = vec![[0.0; 3]; rig.solved().in_cranium_frame.len()];
+    let mut sum = vec![[0.0; 3]; rig.equilibrium().in_cranium_frame.len()];
     for &(step, weight) in weights {
         let shape = rig.solve(&moved(pose, muscle, step))?.positions();
         for (s, x) in sum.iter_mut().zip(shape) {
@@ -74,7 +74,7 @@ fn counted() -> Result<(), Failure> {
     let face = Face::builtin(2_000)?;
     let mut rig = face.rig(rig_to(1e-9))?;
     rig.solve(&posed(&face)?)?;
-    rig.sensitivity()?.columns(&directions());
+    rig.sensitivity()?.columns(&directions())?;
     Ok(())
 }
 
@@ -108,7 +108,7 @@ fn tolerances(
             || Ok(face.rig(rig_to(tolerance))?),
             |rig| {
                 rig.solve(pose)?;
-                let columns = rig.sensitivity()?.columns(&directions());
+                let columns = rig.sensitivity()?.columns(&directions())?;
                 Ok((columns, rig.work(), unknowns(rig)))
             },
         )?;
@@ -182,14 +182,14 @@ fn routes(face: &Face, pose: &Parameters, settings: &Settings) -> Result<Curve, 
             face.landmarks.iter().take(count).map(|l| l.point).collect();
         let seen = EmbeddedPoints(points);
         let by = |route| sensitivity.jacobian(&seen, &directions, route);
-        let exact = by(JacobianRoute::Columns);
+        let exact = by(JacobianRoute::Columns)?;
         let size = exact.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let routes = [
             ("columns", JacobianRoute::Columns),
             ("adjoint", JacobianRoute::Adjoint),
         ];
         for (name, route) in routes {
-            let timed = fastest(settings.repetitions, || Ok(by(route)))?;
+            let timed = fastest(settings.repetitions, || Ok(by(route)?))?;
             let apart = timed.value.iter().zip(&exact).map(|(a, b)| (a - b).abs());
             curve.points.push(Point {
                 setting: format!("{name}, {count} points"),

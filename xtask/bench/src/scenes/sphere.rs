@@ -72,9 +72,9 @@ fn wall(mesh: &SimplexMesh<3>, kind: Kind) -> Result<Vec<[u32; 3]>, Failure> {
 
 /// How far a sphere of this cavity's volume would have gone, m. Places of single nodes would show how
 /// the pressure is shared among the nodes of a face.
-fn way(body: &Body, cavity: &Cavity<3>, positions: &[[f64; 3]]) -> f64 {
-    let ratio = cavity.volume(positions) / cavity.volume(body.assembly.rest());
-    INNER * (ratio.cbrt() - 1.0)
+fn way(body: &Body, cavity: &Cavity<3>, positions: &[[f64; 3]]) -> Result<f64, Failure> {
+    let ratio = cavity.volume(positions)? / cavity.volume(body.assembly.rest())?;
+    Ok(INNER * (ratio.cbrt() - 1.0))
 }
 
 fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
@@ -105,7 +105,7 @@ fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
             for n in sizes {
                 let (body, cavity) = sphere(n, kind, constants)?;
                 let solved = body.timed(settings.repetitions, DIRECT, &to(1e-8))?;
-                let error = (way(&body, &cavity, &solved.value.positions) / exact - 1.0).abs();
+                let error = (way(&body, &cavity, &solved.value.positions)? / exact - 1.0).abs();
                 curve
                     .points
                     .push(body.point(format!("n = {n}"), &solved, error));

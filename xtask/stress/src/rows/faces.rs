@@ -163,7 +163,7 @@ fn twins(settings: &Settings) -> Result<Evidence, Failure> {
         position: l.point.position(x),
         weight: 1.0,
     };
-    let x = rig.solved().positions();
+    let x = rig.equilibrium().positions();
     let target = Target {
         name: "twins".to_owned(),
         kind: TargetKind::Expression,

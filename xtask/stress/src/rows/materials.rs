@@ -119,7 +119,7 @@ fn at<const D: usize>(
             "energy {energy} or its stress at J = {J:e}"
         )));
     }
-    let tensor = material.filtered_derivative(F, HessianProjection::Clamp);
+    let tensor = material.projected_derivative(F, HessianProjection::Clamp);
     let size: f64 = tensor.0.iter().flatten().map(Mat::norm_squared).sum();
     let mut random = Random::new(11);
     let mut worst = Evidence::default();

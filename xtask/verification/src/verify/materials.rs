@@ -89,7 +89,7 @@ fn check_case<const D: usize, M: Material<D>>(
     record("dP(dF)", error, dPdF, case.ulp.dPdF);
     let error = distance(&eigenvalues(&tensor), &case.eig.0);
     record("eig", error, dPdF, case.ulp.dPdF);
-    // The model's own filter is compared with this numeric one by the conformance suite.
+    // The model's own projection is compared with this numeric one by the conformance suite.
     let projected = HessianProjection::Clamp.apply(&tensor);
     let expected = case.psd.as_ref().unwrap_or(&case.dPdF);
     let error = distance(&by_rows(&projected), &expected.0);

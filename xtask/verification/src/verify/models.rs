@@ -21,9 +21,9 @@ pub fn claims(name: &str) -> Vec<Claim> {
     if name != "linear" {
         claims.push(Claim::Objective);
     }
-    // Ground substance in closed blocks plus fibers in closed form, each filtered on its own.
+    // Ground substance in closed blocks plus fibers in closed form, each projected on its own.
     if name.starts_with("muscle") || ["hgo", "qr_aniso", "qr_damage"].contains(&name) {
-        claims.push(Claim::FilteredByTerms);
+        claims.push(Claim::ProjectedByTerms);
     }
     claims
 }

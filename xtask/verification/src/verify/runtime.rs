@@ -37,8 +37,8 @@ impl<M: Material<D>, const D: usize> RuntimeMaterial for Bound<M, D> {
         by_rows(&self.0.stress_derivative(&Self::matrix(F)))
     }
     fn clamped_rows(&self, F: &[f64]) -> Vec<f64> {
-        let filter = HessianProjection::Clamp;
-        by_rows(&self.0.filtered_derivative(&Self::matrix(F), filter))
+        let projection = HessianProjection::Clamp;
+        by_rows(&self.0.projected_derivative(&Self::matrix(F), projection))
     }
 }
 

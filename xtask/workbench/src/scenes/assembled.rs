@@ -26,7 +26,7 @@ pub(super) fn equilibrium(
 ) -> Result<(Vec<[f64; 3]>, NewtonInfo), SceneError> {
     let mut x = problem.unknowns();
     let info = Newton::new(problem).solve(problem, &mut x, &tight())?;
-    Ok((problem.positions(&x), info))
+    Ok((problem.positions(&x)?, info))
 }
 
 #[derive(Deserialize)]
@@ -77,7 +77,7 @@ pub fn a0(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
         let forces = assembly.forces_everywhere(assembly.configuration(x, &[])?);
         record.of_largest("forces", &forces, &case.forces, FORCE);
         let product =
-            assembly.hessian_vector_everywhere(assembly.configuration(x, &[])?, &scene.dx);
+            assembly.hessian_vector_everywhere(assembly.configuration(x, &[])?, &scene.dx)?;
         record.of_largest("K dx", &product, &case.K_times_dx, FORCE);
     }
     Ok(())

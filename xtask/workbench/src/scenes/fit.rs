@@ -32,7 +32,7 @@ struct Run {
 impl Run {
     /// |x* − x| over the nodes seen.
     fn distance(&self, rig: &Rig) -> f64 {
-        let x = rig.solved().positions();
+        let x = rig.equilibrium().positions();
         let pairs = self.nodes.iter().zip(&self.target);
         let differences =
             pairs.flat_map(|(&node, target)| (0..3).map(move |i| (node, i, target[i])));
@@ -85,7 +85,7 @@ impl LeastSquares for Fit<'_> {
     }
     fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), RigError> {
         self.solve(theta)?;
-        let x = self.rig.solved().positions();
+        let x = self.rig.equilibrium().positions();
         let (data, priors) = r.split_at_mut(3 * self.run.nodes.len());
         for (k, &node) in self.run.nodes.iter().enumerate() {
             for i in 0..3 {
@@ -112,7 +112,7 @@ impl LeastSquares for Fit<'_> {
         self.solve(theta)?;
         let (rows, data) = (self.residuals(), 3 * self.run.nodes.len());
         let directions = Direction::all(self.rig.muscles());
-        let columns = self.rig.sensitivity()?.columns(&directions);
+        let columns = self.rig.sensitivity()?.columns(&directions)?;
         j.fill(0.0);
         for (k, column) in columns.iter().enumerate() {
             for (n, &node) in self.run.nodes.iter().enumerate() {
@@ -145,7 +145,7 @@ pub fn b3(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
     let scene: B3 = read_json(&folder.join("b3_gauss_newton.json"))?;
     let mut rig = face.rig(scene.stretch)?;
-    let rest = rig.solved().clone();
+    let rest = rig.equilibrium().clone();
     let mut left_out = 0;
     for run in &scene.runs {
         rig.start_from(rest.clone())?;
@@ -240,7 +240,7 @@ fn another_equilibrium(
     rest: &Equilibrium,
     pose: &Parameters,
 ) -> Result<Option<f64>, RigError> {
-    let own = rig.solved().clone();
+    let own = rig.equilibrium().clone();
     let mut found = None;
     for share in [0.0, 0.5, 1.0] {
         // The rest shape, carried along with the jaw by some share.
@@ -253,7 +253,7 @@ fn another_equilibrium(
             in_cranium_frame: carried.collect(),
         })?;
         if rig.solve(pose).is_ok() {
-            let apart = apart(&rig.solved().in_cranium_frame, &own.in_cranium_frame);
+            let apart = apart(&rig.equilibrium().in_cranium_frame, &own.in_cranium_frame);
             if apart > 1e-3 {
                 found = Some(apart);
                 break;

@@ -65,7 +65,7 @@ pub fn a4(folder: &Path, extent: Extent, report: &mut Report) -> Result<(), Scen
             continue;
         }
         let distance = match solved {
-            Ok(_) => apart(&problem.positions(&x), mesh.nodes()),
+            Ok(_) => apart(&problem.positions(&x)?, mesh.nodes()),
             Err(_) => f64::INFINITY,
         };
         record.error("|x - X|", distance, 1e-6);

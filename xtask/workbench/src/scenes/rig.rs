@@ -120,7 +120,7 @@ fn check_pose(
 ) -> Result<(), SceneError> {
     let theta = parameters(&pose.theta)?;
     rig.solve(&theta)?;
-    let z = rig.solved().in_cranium_frame.clone();
+    let z = rig.equilibrium().in_cranium_frame.clone();
     let energy = rig
         .assembly()
         .energy(rig.assembly().configuration(&z, &theta.activations)?);
@@ -132,11 +132,11 @@ fn check_pose(
     };
     record.relative("energy", energy, pose.energy, ENERGY);
     record.absolute("z", &z, &pose.z, POSITION);
-    record.absolute("x", &rig.solved().positions(), &pose.x, POSITION);
+    record.absolute("x", &rig.equilibrium().positions(), &pose.x, POSITION);
     let directions = Direction::all(rig.muscles());
     let sensitivity = rig.sensitivity()?;
-    let columns = sensitivity.columns(&directions);
-    let adjoint = sensitivity.gradient(&pose.x, &directions);
+    let columns = sensitivity.columns(&directions)?;
+    let adjoint = sensitivity.gradient(&pose.x, &directions)?;
     let size = norm(pose.x.as_flattened());
     for (k, column) in columns.iter().enumerate() {
         record.id = format!("column {k}");

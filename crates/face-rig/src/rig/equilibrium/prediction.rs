@@ -85,7 +85,7 @@ impl Rig {
         let tangent = self.tangent.as_ref()?;
         let Push { bones, mut force } = self.push(state, &tangent.energy, change)?;
         tangent.factor.solve_in_place(&mut force);
-        Some(self.with_flesh(bones, &force))
+        self.with_flesh(bones, &force)
     }
 
     /// dz of a change, by conjugate gradients.
@@ -97,7 +97,7 @@ impl Rig {
         let (x, params) = (problem.unknowns(), &self.params.newton);
         let newton = &mut self.newton;
         let found = newton.linearized(&problem, &x, &force, PREDICTION, params);
-        Some(self.with_flesh(bones, &found.ok()?))
+        self.with_flesh(bones, &found.ok()?)
     }
 
     fn push(&self, state: &Equilibrium, energy: &[f64], change: &Change) -> Option<Push> {
@@ -108,12 +108,13 @@ impl Rig {
             jaw: &self.jaw,
             controls: &self.controls,
         };
-        Some(loads.push(&change.activations, &change.jaw, &change.controls))
+        let pushed = loads.push(&change.activations, &change.jaw, &change.controls);
+        pushed.ok()
     }
 
-    fn with_flesh(&self, mut dz: Vec<[f64; 3]>, flesh: &[f64]) -> Vec<[f64; 3]> {
-        self.assembly.dofs().scatter(flesh, &mut dz);
-        dz
+    fn with_flesh(&self, mut dz: Vec<[f64; 3]>, flesh: &[f64]) -> Option<Vec<[f64; 3]>> {
+        self.assembly.dofs().scatter(flesh, &mut dz).ok()?;
+        Some(dz)
     }
 }
 

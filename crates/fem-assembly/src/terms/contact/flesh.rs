@@ -8,7 +8,7 @@ use super::search::{Search, Stay, has, key};
 use super::surface::Surface;
 use super::way::Way;
 use crate::configuration::Configuration;
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 use crate::evaluations::{StencilCost, StencilKind};
 use crate::mesh::{EmbeddedPoint, SimplexMesh};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
@@ -53,6 +53,8 @@ enum Occasion {
 pub struct FleshContact {
     search: Search,
     carrier: Carrier,
+    /// Of the mesh.
+    nodes: usize,
     pairs: Vec<Pair>,
     spreads: Vec<Spread>,
     /// The way of the vertices along which the pairs were found.
@@ -129,6 +131,7 @@ impl FleshContact {
         let mut contact = Self {
             search: Search::new(surface, params),
             carrier,
+            nodes: mesh.num_nodes(),
             pairs: Vec::new(),
             spreads: Vec::new(),
             found: Way::at(Vec::new()),
@@ -150,14 +153,15 @@ impl FleshContact {
     /// The deepest entry of a surface into another, meters; 0 where there is none. Only the pairs at
     /// hand are looked at.
     ///
-    /// # Panics
-    /// When there are fewer positions than nodes.
-    pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
+    /// # Errors
+    /// When there is not one position for each node.
+    pub fn deepest(&self, positions: &[[f64; 3]]) -> Result<f64, AssemblyError> {
+        check_length("positions", positions.len(), self.nodes)?;
         let depth = |pair: &Pair| match pair.gap(self.at(pair, positions)) {
             (gap, weight) if weight > 0.5 => -gap,
             _ => 0.0,
         };
-        self.pairs.iter().map(depth).fold(0.0, f64::max)
+        Ok(self.pairs.iter().map(depth).fold(0.0, f64::max))
     }
 
     fn points(&self) -> &[u32] {
@@ -306,6 +310,9 @@ fn insert(sorted: &mut Vec<Pair>, pairs: Vec<Pair>) {
 impl Term<3> for FleshContact {
     fn stencils(&self) -> Stencils {
         Stencils::of_sizes(self.spreads.iter().map(|s| s.nodes.as_slice()))
+    }
+    fn nodes(&self) -> usize {
+        self.nodes
     }
     fn cost(&self) -> StencilCost {
         StencilCost {

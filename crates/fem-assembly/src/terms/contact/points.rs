@@ -16,7 +16,7 @@ pub struct ContactPoint {
 }
 
 impl ContactPoint {
-    /// Its place, meters.
+    /// Its place, meters; NaN as [`EmbeddedPoint::position`] is.
     pub fn position(&self, positions: &[[f64; 3]]) -> [f64; 3] {
         self.point.position(positions)
     }

@@ -6,7 +6,7 @@ use super::geometry::{add, dot, norm, scale, sub};
 use super::points::ContactPoint;
 use crate::configuration::Configuration;
 use crate::direction::UNIT_TOLERANCE;
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 use crate::evaluations::{StencilCost, StencilKind};
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use crate::term::{Stencils, Term};
@@ -83,6 +83,8 @@ pub struct RigidContact {
     surfaces: Vec<RigidSurface>,
     frame: Option<RigidFrame>,
     points: Vec<ContactPoint>,
+    /// Of the mesh.
+    nodes: usize,
     /// Of each point.
     clear: Vec<Clear>,
     /// Of each point and each solid.
@@ -169,7 +171,8 @@ impl RigidContact {
     /// matter; those of `points` that can never reach one cost a look at their place each.
     ///
     /// # Errors
-    /// When a number is not positive or not finite, a solid makes no sense, or a node does not exist.
+    /// When a number is not positive or not finite, a solid makes no sense, or a node of a point or of the
+    /// frame does not exist.
     /// An element of a point that holds a node of the frame is refused where the term is added.
     pub fn new(
         surfaces: Vec<RigidSurface>,
@@ -183,7 +186,8 @@ impl RigidContact {
             surface.check()?;
         }
         let count = rest.len();
-        let mut named = points.iter().flat_map(ContactPoint::nodes);
+        let of_frame = frame.iter().flat_map(RigidFrame::nodes);
+        let mut named = points.iter().flat_map(ContactPoint::nodes).chain(of_frame);
         if let Some(node) = named.find(|&n| n >= count) {
             return Err(AssemblyError::NoSuchNode { node, count });
         }
@@ -205,6 +209,7 @@ impl RigidContact {
             surfaces,
             frame,
             points,
+            nodes: count,
             clear,
             nearness,
             params,
@@ -213,9 +218,10 @@ impl RigidContact {
 
     /// How much deeper points are in a solid than at rest, at most; meters, 0 where none is.
     ///
-    /// # Panics
-    /// When there are fewer positions than nodes.
-    pub fn deepest(&self, positions: &[[f64; 3]]) -> f64 {
+    /// # Errors
+    /// When there is not one position for each node.
+    pub fn deepest(&self, positions: &[[f64; 3]]) -> Result<f64, AssemblyError> {
+        check_length("positions", positions.len(), self.nodes)?;
         let placed = self.placed(positions);
         let depth = |(s, p): (usize, &ContactPoint)| {
             let x = placed.at_rest(p.position(positions));
@@ -223,11 +229,8 @@ impl RigidContact {
             let deep = solids.map(|(surface, near)| near.distance.min(0.0) - surface.distance(x));
             deep.fold(0.0, f64::max)
         };
-        self.points
-            .iter()
-            .enumerate()
-            .map(depth)
-            .fold(0.0, f64::max)
+        let depths = self.points.iter().enumerate().map(depth);
+        Ok(depths.fold(0.0, f64::max))
     }
 
     fn placed(&self, positions: &[[f64; 3]]) -> Placed {

@@ -271,9 +271,9 @@ fn stiffness(body: &Assembly<3>, x: &[[f64; 3]]) -> [[f64; 12]; 12] {
         let mut unit = vec![[0.0; 3]; 4];
         unit[column / 3][column % 3] = 1.0;
         let mut product = vec![0.0; 12];
-        hessian.apply(&body.dofs().gather(&unit), &mut product);
+        hessian.apply(&body.dofs().gather(&unit).unwrap(), &mut product);
         let mut by_node = vec![[0.0; 3]; 4];
-        body.dofs().scatter(&product, &mut by_node);
+        body.dofs().scatter(&product, &mut by_node).unwrap();
         for row in 0..12 {
             K[row][column] = by_node[row / 3][row % 3];
         }
@@ -387,6 +387,7 @@ fn the_element_stiffness_by_columns_in_closed_form_and_by_the_assembly_is_one() 
                     let mut unit = vec![[0.0; 3]; 4];
                     unit[column / 3][column % 3] = 1.0;
                     body.hessian_vector_everywhere(body.configuration(&x, &[]).unwrap(), &unit)
+                        .unwrap()
                 })
                 .collect();
             core::array::from_fn(|row| {
@@ -486,8 +487,9 @@ fn an_element_softens_exactly_where_its_material_does() {
             let body = assembly(&rest, material);
             for _ in 0..20 {
                 let dx: Vec<[f64; 3]> = (0..4).map(|_| random.point()).collect();
-                let product =
-                    body.hessian_vector_everywhere(body.configuration(&x, &[]).unwrap(), &dx);
+                let product = body
+                    .hessian_vector_everywhere(body.configuration(&x, &[]).unwrap(), &dx)
+                    .unwrap();
                 let work: f64 = -(0..12)
                     .map(|n| dx[n / 3][n % 3] * product[n / 3][n % 3])
                     .sum::<f64>();

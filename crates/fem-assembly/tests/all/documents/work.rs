@@ -16,7 +16,7 @@ static ENERGIES: AtomicUsize = AtomicUsize::new(0);
 static STRESSES: AtomicUsize = AtomicUsize::new(0);
 static DIFFERENTIALS: AtomicUsize = AtomicUsize::new(0);
 static DERIVATIVES: AtomicUsize = AtomicUsize::new(0);
-static FILTERED: AtomicUsize = AtomicUsize::new(0);
+static PROJECTED: AtomicUsize = AtomicUsize::new(0);
 static PULLS: AtomicUsize = AtomicUsize::new(0);
 
 fn add(counter: &AtomicUsize) {
@@ -43,13 +43,13 @@ impl Material<3> for Counting {
         add(&DERIVATIVES);
         FLESH.stress_derivative(F)
     }
-    fn filtered_derivative<T: Real>(
+    fn projected_derivative<T: Real>(
         &self,
         F: &Mat<T, 3>,
-        filter: HessianProjection,
+        projection: HessianProjection,
     ) -> Tensor4<T, 3> {
-        add(&FILTERED);
-        FLESH.filtered_derivative(F, filter)
+        add(&PROJECTED);
+        FLESH.projected_derivative(F, projection)
     }
 }
 
@@ -85,14 +85,14 @@ impl PackedKernel for Width {
     }
 }
 
-/// The counters since the last call: energy, stress, differential, derivative, filtered, pulls.
+/// The counters since the last call: energy, stress, differential, derivative, projected, pulls.
 fn taken() -> [usize; 6] {
     [
         &ENERGIES,
         &STRESSES,
         &DIFFERENTIALS,
         &DERIVATIVES,
-        &FILTERED,
+        &PROJECTED,
         &PULLS,
     ]
     .map(|c| c.swap(0, Relaxed))
@@ -130,13 +130,15 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
 
     body.energy(body.configuration(&x, &[0.5]).unwrap());
     assert_eq!(taken(), [all, 0, 0, 0, 0, each], "an energy");
-    body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows);
+    body.gradient(body.configuration(&x, &[0.5]).unwrap(), &mut rows)
+        .unwrap();
     assert_eq!(
         taken(),
         [all, all, 0, 0, 0, each],
         "a gradient, with its energy"
     );
-    body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows);
+    body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows)
+        .unwrap();
     assert_eq!(taken(), [0, 0, all, 0, 0, each], "a product");
     body.hessian(
         body.configuration(&x, &[0.5]).unwrap(),
@@ -144,24 +146,25 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         &mut hessian,
     );
     assert_eq!(taken(), [0, 0, 0, all, 0, each], "a Hessian");
-    body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows);
+    body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows)
+        .unwrap();
     assert_eq!(taken(), [0, 0, 0, 0, 0, each], "the force of a muscle");
-    body.volume_ratios(body.positions(&x).unwrap());
+    body.volume_ratios(body.positions(&x).unwrap()).unwrap();
     assert_eq!(taken(), [0; 6], "volumes");
 
     let mut pulls_of_relaxed = |body: &Assembly<3>| {
         let at = body.configuration(&x, &[0.0]).unwrap();
         body.energy(at);
-        body.gradient(at, &mut rows);
-        body.hessian_vector(at, &x, &mut rows);
+        body.gradient(at, &mut rows).unwrap();
+        body.hessian_vector(at, &x, &mut rows).unwrap();
         for projection in [HessianProjection::None, HessianProjection::Clamp] {
             body.hessian(at, projection, &mut hessian);
         }
         let [.., pulls] = taken();
-        body.control_gradient(at, 0, &mut rows);
+        body.control_gradient(at, 0, &mut rows).unwrap();
         (pulls, taken())
     };
-    // A filtered Hessian takes its five fibers one by one.
+    // A projected Hessian takes its five fibers one by one.
     let force = [0, 0, 0, 0, 0, each];
     assert_eq!(pulls_of_relaxed(&body), (4 * each + 5, force));
     let nothing = body_with(false, Stretch::Total);

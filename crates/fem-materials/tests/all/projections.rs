@@ -6,7 +6,7 @@ use fem_materials::curves::{Blemker, PhysBam};
 use fem_materials::isotropic::ByStretches;
 use fem_materials::*;
 
-const FILTERS: [HessianProjection; 2] = [HessianProjection::Clamp, HessianProjection::Absolute];
+const PROJECTIONS: [HessianProjection; 2] = [HessianProjection::Clamp, HessianProjection::Absolute];
 
 /// Is the closed form the numeric one? Returns how many samples were indefinite.
 fn compare<const D: usize, M: Material<D>>(model: M, size: f64) -> usize {
@@ -20,13 +20,13 @@ fn compare<const D: usize, M: Material<D>>(model: M, size: f64) -> usize {
         }
         let derivative = model.stress_derivative(&F);
         indefinite += usize::from(derivative.eigenvalues()[0] < 0.0);
-        for filter in FILTERS {
-            let closed = model.filtered_derivative(&F, filter);
-            let numeric = filter.apply(&derivative);
+        for projection in PROJECTIONS {
+            let closed = model.projected_derivative(&F, projection);
+            let numeric = projection.apply(&derivative);
             let error = tensor_norm(&(closed + numeric.scale(-1.0)));
             assert!(
                 error < 1e-11 * tensor_norm(&derivative),
-                "{filter:?} {error:e} at {F:?}"
+                "{projection:?} {error:e} at {F:?}"
             );
         }
     }
@@ -34,7 +34,7 @@ fn compare<const D: usize, M: Material<D>>(model: M, size: f64) -> usize {
 }
 
 #[test]
-fn isotropic_blocks_filter_as_the_whole_tensor_does() {
+fn isotropic_blocks_project_as_the_whole_tensor_does() {
     let (mu, lambda) = (1.0, 4.0);
     assert!(compare::<3, _>(NeoHookean { mu, lambda }, 0.6) > 0);
     assert!(compare::<2, _>(NeoHookean { mu, lambda }, 0.6) > 0);
@@ -79,7 +79,7 @@ fn qr_fibers_have_the_eigenvalues_k_and_k_times_one_minus_inverse_s() {
 }
 
 #[test]
-fn mixed_models_are_definite_after_filtering() {
+fn mixed_models_are_definite_after_projection() {
     let mut numbers = Numbers(17);
     let muscle = Sum(
         Flesh::new(6e4, 2e4, 6e4),
@@ -106,19 +106,19 @@ fn mixed_models_are_definite_after_filtering() {
     for _ in 0..8 {
         let F = Mat::identity() + numbers.matrix::<3>().scale(0.5);
         assert!(definite(
-            Outlined(woven).filtered_derivative(&F, HessianProjection::Clamp)
+            Outlined(woven).projected_derivative(&F, HessianProjection::Clamp)
         ));
         if F.determinant() > 0.0 {
-            let derivative = Outlined(muscle).filtered_derivative(&F, HessianProjection::Clamp);
+            let derivative = Outlined(muscle).projected_derivative(&F, HessianProjection::Clamp);
             assert!(definite(derivative));
         }
     }
 }
 
 #[test]
-fn no_filter_is_the_derivative_itself() {
+fn no_projection_is_the_derivative_itself() {
     let model = Outlined(Flesh::new(6e4, 2e4, 6e4));
     let F = Mat([[1.15, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]);
-    let same = model.filtered_derivative(&F, HessianProjection::None);
+    let same = model.projected_derivative(&F, HessianProjection::None);
     assert_eq!(tensor_error(&same, &model.stress_derivative(&F)), 0.0);
 }
