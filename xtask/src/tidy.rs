@@ -25,7 +25,10 @@ const ARROWS: &[(&str, &[&str])] = &[
             "fem-assembly",
         ],
     ),
-    ("fem-catalog", &["fem-materials", "fem-assembly"]),
+    (
+        "fem-catalog",
+        &["fem-materials", "fem-solvers", "fem-assembly"],
+    ),
     (
         "face-scenes",
         &[

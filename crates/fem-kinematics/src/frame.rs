@@ -1,12 +1,12 @@
 //! Orthonormal frames from columns: the step that the singular value and QR decompositions share.
 
-use crate::mat::{Mat, dot};
+use crate::mat::{Mat, dot, vector};
 use crate::scalar::Real;
 
 /// u × v.
 #[inline(always)]
 pub(crate) fn cross<T: Real, const D: usize>(u: [T; D], v: [T; D]) -> [T; D] {
-    core::array::from_fn(|i| {
+    vector(|i| {
         let (a, b) = ((i + 1) % 3, (i + 2) % 3);
         u[a] * v[b] - u[b] * v[a]
     })
@@ -14,18 +14,18 @@ pub(crate) fn cross<T: Real, const D: usize>(u: [T; D], v: [T; D]) -> [T; D] {
 
 #[inline(always)]
 pub(crate) fn select<T: Real, const D: usize>(mask: T::Mask, a: [T; D], b: [T; D]) -> [T; D] {
-    core::array::from_fn(|i| T::select(mask, a[i], b[i]))
+    vector(|i| T::select(mask, a[i], b[i]))
 }
 
 #[inline(always)]
 fn scaled<T: Real, const D: usize>(u: [T; D], s: T) -> [T; D] {
-    u.map(|x| x * s)
+    vector(|i| u[i] * s)
 }
 
 /// u − s v.
 #[inline(always)]
 fn minus<T: Real, const D: usize>(u: [T; D], s: T, v: [T; D]) -> [T; D] {
-    core::array::from_fn(|i| u[i] - s * v[i])
+    vector(|i| u[i] - s * v[i])
 }
 
 /// A power of two s such that the entries of s F can be squared twice with no overflow, and 1/s.

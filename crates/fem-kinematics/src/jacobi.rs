@@ -2,7 +2,7 @@
 //! until all lanes have converged.
 
 use crate::frame::orthogonalize;
-use crate::mat::Mat;
+use crate::mat::{Mat, vector};
 use crate::scalar::Real;
 
 /// Squares below this are rounding error beside entries of order 1, and may underflow.
@@ -73,7 +73,7 @@ pub(crate) fn cyclic_jacobi<T: Real, const N: usize>(
             }
         }
     }
-    (core::array::from_fn(|i| A[i][i]), V)
+    (vector(|i| A[i][i]), V)
 }
 
 /// Sweeps until nothing is left to turn. Turning by rounding errors is not harmless in a large
@@ -102,7 +102,7 @@ fn converged_jacobi<T: Real, const N: usize>(mut A: [[T; N]; N]) -> ([T; N], [[T
             break;
         }
     }
-    (core::array::from_fn(|i| A[i][i]), V)
+    (vector(|i| A[i][i]), V)
 }
 
 /// A = V diag(values) Vᵀ of a symmetric N×N matrix, N up to about 12; values in no special order,
@@ -142,7 +142,7 @@ pub fn symmetric_eigen<T: Real, const D: usize>(A: &Mat<T, D>) -> SymmetricEigen
     let (values, V) = jacobi_eigen(&A.scale(s).0);
     let (values, V) = descending(values, V);
     SymmetricEigen {
-        values: values.map(|x| x * inverse),
+        values: vector(|i| values[i] * inverse),
         vectors: orthogonalize(&Mat(V)).Q,
     }
 }

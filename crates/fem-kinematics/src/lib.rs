@@ -79,7 +79,7 @@ pub use invariants::{
 };
 pub use jacobi::{SymmetricEigen, jacobi_eigen, symmetric_eigen};
 pub use lanes::{F32x16, F64x8, LaneMask, Lanes};
-pub use mat::{Mat, Vector, dot};
+pub use mat::{Mat, Vector, dot, vector};
 pub use polar::{Polar, polar};
 pub use qr::{Qr, multiply_by_skew, signed_qr};
 pub use scalar::Real;

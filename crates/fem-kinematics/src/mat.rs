@@ -70,7 +70,7 @@ impl<T: Real, const D: usize> Mat<T, D> {
     /// The same matrix without derivatives: see [`Real::constant`].
     #[inline(always)]
     pub fn constant(&self) -> Self {
-        Self(self.0.map(|row| row.map(T::constant)))
+        Self::from_fn(|i, j| self.0[i][j].constant())
     }
     /// u vᵀ.
     #[inline(always)]
@@ -87,7 +87,7 @@ impl<T: Real, const D: usize> Mat<T, D> {
     /// Column j.
     #[inline(always)]
     pub fn column(&self, j: usize) -> [T; D] {
-        core::array::from_fn(|i| self.0[i][j])
+        vector(|i| self.0[i][j])
     }
     /// Mᵀ.
     #[inline(always)]
@@ -102,12 +102,12 @@ impl<T: Real, const D: usize> Mat<T, D> {
     /// M v.
     #[inline(always)]
     pub fn mul_vec(&self, v: [T; D]) -> [T; D] {
-        core::array::from_fn(|i| dot(self.0[i], v))
+        vector(|i| dot(self.0[i], v))
     }
     /// Mᵀ v.
     #[inline(always)]
     pub fn tr_mul_vec(&self, v: [T; D]) -> [T; D] {
-        core::array::from_fn(|i| dot(self.column(i), v))
+        vector(|i| dot(self.column(i), v))
     }
     /// Mᵀ N.
     #[inline(always)]
@@ -194,10 +194,17 @@ impl<T: Real, const D: usize> Mat<T, D> {
             dm.cofactor()
         } else {
             let (m, n) = (&self.0, &dm.0);
-            Self::from_fn(|i, j| {
-                let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
-                n[a][c] * m[b][d] + m[a][c] * n[b][d] - n[a][d] * m[b][c] - m[a][d] * n[b][c]
-            })
+            // Loops, not a closure: docs/kernels.md, finding 2.
+            let mut differential = Self::zeros();
+            for i in 0..D {
+                for j in 0..D {
+                    let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+                    differential.0[i][j] = n[a][c] * m[b][d] + m[a][c] * n[b][d]
+                        - n[a][d] * m[b][c]
+                        - m[a][d] * n[b][c];
+                }
+            }
+            differential
         }
     }
     /// M⁻¹ by cofactors; non-finite where M is singular.
@@ -207,6 +214,18 @@ impl<T: Real, const D: usize> Mat<T, D> {
             .transpose()
             .scale(self.determinant().recip())
     }
+}
+
+/// The vector with components `f(i)`: [`core::array::from_fn`], but inlined wherever it stands. That one,
+/// and `map` of arrays, leave what they call outside of functions with wide registers, where every
+/// operation is a call (docs/kernels.md, finding 2).
+#[inline(always)]
+pub fn vector<T: Real, const D: usize>(mut f: impl FnMut(usize) -> T) -> Vector<T, D> {
+    let mut v = [T::zero(); D];
+    for i in 0..D {
+        v[i] = f(i);
+    }
+    v
 }
 
 /// u · v.

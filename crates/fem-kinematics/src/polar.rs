@@ -2,7 +2,7 @@
 
 use crate::checked::Checked;
 use crate::frame::polish;
-use crate::mat::Mat;
+use crate::mat::{Mat, vector};
 use crate::qr::multiply_by_skew;
 use crate::scalar::Real;
 use crate::svd::{Svd, signed_svd};
@@ -47,12 +47,12 @@ fn solve_rate<T: Real, const D: usize>(principal: &Svd<T, D>, A: &Mat<T, D>) -> 
         return [zero, zero, divide(principal, axis(A, 0, 1), 0, 1)];
     }
     // The pairs (1, 2), (2, 0), (0, 1) turn about the axes 0, 1, 2.
-    let a: [T; D] = core::array::from_fn(|k| axis(A, (k + 1) % 3, (k + 2) % 3));
+    let a: [T; D] = vector(|k| axis(A, (k + 1) % 3, (k + 2) % 3));
     let p = principal.V.tr_mul_vec(a);
-    let w = principal.V.mul_vec(core::array::from_fn(|k| {
+    let w = principal.V.mul_vec(vector(|k| {
         divide(principal, p[k], (k + 1) % 3, (k + 2) % 3)
     }));
-    core::array::from_fn(|k| w[k])
+    vector(|k| w[k])
 }
 
 #[inline(always)]
@@ -113,7 +113,7 @@ impl<T: Real, const D: usize> Polar<T, D> {
             // [w] S + S [w] is what is reached; its axis is that of the skew matrix B − Bᵀ.
             let B = multiply_by_skew(&Mat::identity(), w) * self.S;
             let correction = solve_rate(&self.principal, &(A - B));
-            w = core::array::from_fn(|k| w[k] + correction[k]);
+            w = vector(|k| w[k] + correction[k]);
         }
         w
     }

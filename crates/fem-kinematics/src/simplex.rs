@@ -1,6 +1,6 @@
 //! Triangles and tetrahedra: rest shape, area normals, deformation gradient.
 
-use crate::mat::{Mat, dot};
+use crate::mat::{Mat, dot, vector};
 use crate::scalar::Real;
 use thiserror::Error;
 
@@ -69,7 +69,7 @@ impl<T: Real, const D: usize> RestShape<T, D> {
         if a > 0 {
             return self.inverse.0[a - 1];
         }
-        core::array::from_fn(|j| {
+        vector(|j| {
             let mut sum = self.inverse.0[0][j];
             for row in &self.inverse.0[1..] {
                 sum += row[j];
@@ -92,7 +92,7 @@ impl<T: Real, const D: usize> RestShape<T, D> {
         if a > 0 {
             return B.column(a - 1);
         }
-        core::array::from_fn(|i| {
+        vector(|i| {
             let mut sum = -B.0[i][0];
             for j in 1..D {
                 sum -= B.0[i][j];
@@ -211,12 +211,12 @@ pub fn deformation_gradient_at<T: Real, const D: usize>(
 /// where the first edge has no length.
 #[inline(always)]
 pub fn flatten_triangle<T: Real>(x: &[[T; 3]; 3]) -> [[T; 2]; 3] {
-    let edge = |a: usize| -> [T; 3] { core::array::from_fn(|i| x[a][i] - x[0][i]) };
+    let edge = |a: usize| -> [T; 3] { vector(|i| x[a][i] - x[0][i]) };
     let (e1, e2) = (edge(1), edge(2));
     let length = dot(e1, e1).sqrt();
-    let along = e1.map(|c| c / length);
+    let along = vector(|i| e1[i] / length);
     let s = dot(along, e2);
-    let across: [T; 3] = core::array::from_fn(|i| e2[i] - s * along[i]);
+    let across: [T; 3] = vector(|i| e2[i] - s * along[i]);
     let height = dot(across, across).sqrt();
     [[T::zero(); 2], [length, T::zero()], [s, height]]
 }

@@ -3,7 +3,7 @@
 use crate::checked::Checked;
 use crate::frame::{orthogonalize, polish, safe_scale};
 use crate::jacobi::{cyclic_jacobi, descending, negligible_square};
-use crate::mat::Mat;
+use crate::mat::{Mat, vector};
 use crate::scalar::Real;
 use crate::tensor4::Tensor4;
 
@@ -58,14 +58,14 @@ pub fn signed_svd<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
         let (U, sigma, V) = svd2(A.0[0][0], A.0[0][1], A.0[1][0], A.0[1][1]);
         Svd {
             U: Mat::from_fn(|i, j| U.0[i][j]),
-            sigma: core::array::from_fn(|i| sigma[i]),
+            sigma: vector(|i| sigma[i]),
             V: Mat::from_fn(|i, j| V.0[i][j]),
         }
     } else {
         svd3(&A)
     };
     sort_magnitudes(&mut svd.sigma);
-    svd.sigma = svd.sigma.map(|x| x * inverse);
+    svd.sigma = vector(|i| svd.sigma[i] * inverse);
     svd
 }
 
@@ -196,7 +196,7 @@ impl<T: Real, const D: usize> Svd<T, D> {
         Checked {
             value: SvdDifferential {
                 dU: self.U * u,
-                dsigma: core::array::from_fn(|i| M.0[i][i]),
+                dsigma: vector(|i| M.0[i][i]),
                 dV: self.V * v,
             },
             exists,

@@ -56,9 +56,13 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
     /// s T.
     #[inline(always)]
     pub fn scale(&self, s: T) -> Self {
-        Self(core::array::from_fn(|j| {
-            core::array::from_fn(|l| self.0[j][l].scale(s))
-        }))
+        let mut scaled = Self::zeros();
+        for j in 0..D {
+            for l in 0..D {
+                scaled.0[j][l] = self.0[j][l].scale(s);
+            }
+        }
+        scaled
     }
     /// The contraction T : dF = dP.
     #[inline(always)]
@@ -91,9 +95,13 @@ impl<T: Real, const D: usize> core::ops::Add for Tensor4<T, D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
-        Self(core::array::from_fn(|j| {
-            core::array::from_fn(|l| self.0[j][l] + o.0[j][l])
-        }))
+        let mut sum = self;
+        for j in 0..D {
+            for l in 0..D {
+                sum.0[j][l] += o.0[j][l];
+            }
+        }
+        sum
     }
 }
 impl<T: Real, const D: usize> core::ops::AddAssign for Tensor4<T, D> {

@@ -12,7 +12,7 @@ use crate::material::Evaluation;
 use crate::near_rest::inverse_cube_root;
 use crate::tensor_terms::Terms;
 use fem_kinematics::HessianProjection;
-use fem_kinematics::{Mat, Real, Tensor4, Vector, dot};
+use fem_kinematics::{Mat, Real, Tensor4, Vector, dot, vector};
 
 /// Which stretch a fiber feels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -120,7 +120,7 @@ impl<T: Real> FiberTerm<T> {
                 let along = dot(pull.u, w);
                 let volume = H.dot(dF);
                 let d_lambda = g.dot(dF);
-                let du: Vector<T, 3> = core::array::from_fn(|i| {
+                let du: Vector<T, 3> = vector(|i| {
                     (w[i] - pull.u[i] * along) * pull.inverse_length - third * volume * pull.u[i]
                 });
                 let dH = H * dF.tr_mul(&H);
@@ -231,7 +231,7 @@ impl<T: Real> FiberTerm<T> {
             stiffness: slope * per_stretch * (self.activation * active.slope + passive.slope),
             by_activation: slope * active.value,
             lambda,
-            u: core::array::from_fn(|i| v[i] * inverse_length),
+            u: vector(|i| v[i] * inverse_length),
             inverse_length,
             shrink,
         }
@@ -267,9 +267,13 @@ impl<T: Real> FiberTerm<T> {
         match law.stretch {
             Stretch::Total => {
                 let kernel = pull.kernel(projection);
-                Tensor4(core::array::from_fn(|j| {
-                    core::array::from_fn(|l| kernel.scale(a[j] * a[l]))
-                }))
+                let mut derivative = Tensor4::zeros();
+                for j in 0..3 {
+                    for l in 0..3 {
+                        derivative.0[j][l] = kernel.scale(a[j] * a[l]);
+                    }
+                }
+                derivative
             }
             Stretch::Isochoric => {
                 // T' g (g:dF) + T dg with g = ∂λ/∂F, and the across-fiber part block by block.

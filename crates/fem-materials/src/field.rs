@@ -1,7 +1,7 @@
 //! Materials whose parameters differ from element to element.
 
 use crate::material::{Evaluation, Material, Symmetry};
-use fem_kinematics::{HessianProjection, Mat, Real, Tensor4};
+use fem_kinematics::{HessianProjection, Mat, Real, Tensor4, vector};
 
 /// Most numbers that the local parameters of one element may have.
 pub const MAX_LOCAL_NUMBERS: usize = 12;
@@ -253,7 +253,8 @@ impl<M, P: LocalParameters<f64>> At<M, P> {
     fn splat<T: Real, Q: LocalParameters<T>>(&self) -> Q {
         let mut numbers = [0.0; MAX_LOCAL_NUMBERS];
         self.local.write(&mut numbers);
-        Q::from_numbers(&numbers.map(T::from_f64))
+        let numbers: [T; MAX_LOCAL_NUMBERS] = vector(|k| T::from_f64(numbers[k]));
+        Q::from_numbers(&numbers)
     }
 }
 

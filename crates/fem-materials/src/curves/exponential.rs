@@ -1,6 +1,6 @@
 //! eˣ with its first Taylor terms removed, without the cancellation.
 
-use fem_kinematics::Real;
+use fem_kinematics::{Real, vector};
 
 /// 6/(k + 3)! for k = 17 … 0.
 const SERIES: [f64; 18] = {
@@ -32,7 +32,7 @@ pub(super) fn exponential_remainders<T: Real>(x: T) -> [T; 3] {
     }
     let first = x.exp_m1();
     let far = [first, first - x, first - x - square_half];
-    core::array::from_fn(|i| T::select(large, far[i], near[i]))
+    vector(|i| T::select(large, far[i], near[i]))
 }
 
 #[cfg(test)]

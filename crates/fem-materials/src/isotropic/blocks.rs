@@ -2,7 +2,7 @@
 
 use crate::tensor_terms::Terms;
 use fem_kinematics::HessianProjection;
-use fem_kinematics::{Mat, Real, Svd, Tensor4, signed_svd};
+use fem_kinematics::{Mat, Real, Svd, Tensor4, signed_svd, vector};
 
 /// The pairs of axes, in the order of the blocks B₁₂, B₁₃, B₂₃; in 2D only the first.
 pub const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
@@ -40,8 +40,8 @@ impl<T: Real> AlphaBetaGamma<T> {
         }
         DiagonalBlocks {
             A,
-            alpha: PAIRS.map(|(i, j)| self.alpha.0[i][j]),
-            beta: PAIRS.map(|(i, j)| self.beta.0[i][j]),
+            alpha: vector(|n| self.alpha.0[PAIRS[n].0][PAIRS[n].1]),
+            beta: vector(|n| self.beta.0[PAIRS[n].0][PAIRS[n].1]),
         }
     }
 }
@@ -50,23 +50,16 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     /// Picks the blocks out of ∂P/∂F at a diagonal F̂.
     #[inline(always)]
     pub fn from_tensor(derivative: &Tensor4<T, D>) -> Self {
-        let zero = T::zero();
+        let (mut alpha, mut beta) = ([T::zero(); 3], [T::zero(); 3]);
+        for n in 0..pairs::<D>() {
+            let (i, j) = PAIRS[n];
+            alpha[n] = derivative.get(i, j, i, j);
+            beta[n] = derivative.get(i, j, j, i);
+        }
         Self {
             A: Mat::from_fn(|i, j| derivative.get(i, i, j, j)),
-            alpha: PAIRS.map(|(i, j)| {
-                if j < D {
-                    derivative.get(i, j, i, j)
-                } else {
-                    zero
-                }
-            }),
-            beta: PAIRS.map(|(i, j)| {
-                if j < D {
-                    derivative.get(i, j, j, i)
-                } else {
-                    zero
-                }
-            }),
+            alpha,
+            beta,
         }
     }
 
@@ -113,18 +106,17 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     // with dF once more.
     #[inline(always)]
     pub fn rotated(&self, svd: &Svd<T, D>) -> Tensor4<T, D> {
-        let W = |i: usize, j: usize| Mat::outer(svd.U.column(i), svd.V.column(j));
         let mut terms = Terms::new();
         for i in 0..D {
             let mut row = Mat::zeros();
             for j in 0..D {
-                row += W(j, j).scale(self.A.0[i][j]);
+                row += axes(svd, j, j).scale(self.A.0[i][j]);
             }
-            terms = terms.outer(T::one(), &W(i, i), &row);
+            terms = terms.outer(T::one(), &axes(svd, i, i), &row);
         }
         for n in 0..pairs::<D>() {
             let (i, j) = PAIRS[n];
-            let (X, Y) = (W(i, j), W(j, i));
+            let (X, Y) = (axes(svd, i, j), axes(svd, j, i));
             let (a, b) = (self.alpha[n], self.beta[n]);
             terms = terms.outer(T::one(), &X, &(X.scale(a) + Y.scale(b))).outer(
                 T::one(),
@@ -134,6 +126,12 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
         }
         terms.0
     }
+}
+
+/// uᵢ vⱼᵀ.
+#[inline(always)]
+fn axes<T: Real, const D: usize>(svd: &Svd<T, D>, i: usize, j: usize) -> Mat<T, D> {
+    Mat::outer(svd.U.column(i), svd.V.column(j))
 }
 
 /// How many pairs of axes there are.

@@ -4,7 +4,7 @@ use super::blocks::AlphaBetaGamma;
 use crate::material::{Material, Symmetry};
 use crate::near_rest::infinite_unless_positive;
 use crate::tensor_terms::Terms;
-use fem_kinematics::{Mat, Real, Tensor4};
+use fem_kinematics::{Mat, Real, Tensor4, vector};
 
 /// ψ(I, II, III) with I = tr C, II = tr C², III = det C, C = FᵀF.
 ///
@@ -44,7 +44,7 @@ fn invariants<T: Real>(C: &Mat<T, 3>, J: T) -> [T; 3] {
 /// I, II, III of diag(σ).
 #[inline(always)]
 fn diagonal_invariants<T: Real>(sigma: [T; 3]) -> [T; 3] {
-    let [a, b, c] = sigma.map(|s| s * s);
+    let [a, b, c] = vector(|i| sigma[i] * sigma[i]);
     [a + b + c, a * a + b * b + c * c, a * b * c]
 }
 
@@ -52,10 +52,17 @@ fn diagonal_invariants<T: Real>(sigma: [T; 3]) -> [T; 3] {
 #[inline(always)]
 fn invariant_slopes<T: Real>(sigma: [T; 3]) -> [[T; 3]; 3] {
     let two = T::from_f64(2.0);
-    core::array::from_fn(|i| {
+    let mut slopes = [[T::zero(); 3]; 3];
+    for i in 0..3 {
         let (s, a, b) = (sigma[i], sigma[(i + 1) % 3], sigma[(i + 2) % 3]);
-        [two * s, two * two * s * s * s, two * s * a * a * b * b]
-    })
+        slopes[i] = [two * s, two * two * s * s * s, two * s * a * a * b * b];
+    }
+    slopes
+}
+
+#[inline(always)]
+fn sum<T: Real>(slopes: &[Mat<T, 3>; 3], [a, b, c]: [T; 3]) -> Mat<T, 3> {
+    slopes[0].scale(a) + slopes[1].scale(b) + slopes[2].scale(c)
 }
 
 impl<M: InvariantEnergy> ByInvariants<M> {
@@ -64,7 +71,7 @@ impl<M: InvariantEnergy> ByInvariants<M> {
     pub fn diagonal_stress<T: Real>(&self, sigma: [T; 3]) -> [T; 3] {
         let g = self.0.gradient(diagonal_invariants(sigma));
         let rows = invariant_slopes(sigma);
-        core::array::from_fn(|i| rows[i][0] * g[0] + rows[i][1] * g[1] + rows[i][2] * g[2])
+        vector(|i| rows[i][0] * g[0] + rows[i][1] * g[1] + rows[i][2] * g[2])
     }
 
     /// α, β and γ of document 004 at F̂ = diag(σ).
@@ -80,7 +87,7 @@ impl<M: InvariantEnergy> ByInvariants<M> {
         let [g1, g2, g3] = self.0.gradient(at);
         let h = self.0.hessian(at);
         let H = [[h[0], h[1], h[2]], [h[1], h[3], h[4]], [h[2], h[4], h[5]]];
-        let square = sigma.map(|s| s * s);
+        let square: [T; 3] = vector(|i| sigma[i] * sigma[i]);
         let slopes = invariant_slopes(sigma);
         let quotient = |i: usize, j: usize| {
             if i == j {
@@ -152,7 +159,6 @@ impl<M: InvariantEnergy> Material<3> for ByInvariants<M> {
         let [h11, h12, h13, h22, h23, h33] = self.0.hessian(at);
         let (two, four) = (T::from_f64(2.0), T::from_f64(4.0));
         let s = [F.scale(two), (*F * C).scale(four), cof.scale(two * J)];
-        let row = |a: T, b: T, c: T| s[0].scale(a) + s[1].scale(b) + s[2].scale(c);
         Terms::new()
             .identity(two * g1)
             .right(&C.scale(four * g2))
@@ -160,9 +166,9 @@ impl<M: InvariantEnergy> Material<3> for ByInvariants<M> {
             .transposed(four * g2, F, F)
             .outer(two * g3, &cof, &cof)
             .cofactor(two * g3 * J, F)
-            .outer(T::one(), &s[0], &row(h11, h12, h13))
-            .outer(T::one(), &s[1], &row(h12, h22, h23))
-            .outer(T::one(), &s[2], &row(h13, h23, h33))
+            .outer(T::one(), &s[0], &sum(&s, [h11, h12, h13]))
+            .outer(T::one(), &s[1], &sum(&s, [h12, h22, h23]))
+            .outer(T::one(), &s[2], &sum(&s, [h13, h23, h33]))
             .0
     }
 }

@@ -3,7 +3,7 @@
 use super::blocks::{DiagonalBlocks, PAIRS};
 use crate::material::{Evaluation, Material, Symmetry};
 use fem_kinematics::HessianProjection;
-use fem_kinematics::{Mat, Polar, Real, Svd, Tensor4, dot, signed_svd};
+use fem_kinematics::{Mat, Polar, Real, Svd, Tensor4, dot, signed_svd, vector};
 
 /// ψ(σ), a symmetric function of the signed singular values σ₁ ≥ … ≥ |σ_D|.
 ///
@@ -49,7 +49,7 @@ pub trait StretchEnergy<const D: usize>: Copy + Send + Sync {
         let Polar { R, S, .. } = Polar::from_svd(F, svd);
         // Rayleigh's quotients, of S less a constant so that V's derivatives meet small numbers only:
         // what they lack in one stretch they have too much in the next.
-        let sigma: [T; D] = core::array::from_fn(|i| {
+        let sigma: [T; D] = vector(|i| {
             let (v, c) = (svd.V.column(i), svd.sigma[i].constant());
             let rest = (S - Mat::identity().scale(c)).mul_vec(v);
             c + dot(v, rest) / dot(v, v)

@@ -4,7 +4,7 @@
 //! summaries, corrected, for those who follow it (and to prove both).
 
 use super::blocks::AlphaBetaGamma;
-use fem_kinematics::{Mat, Real};
+use fem_kinematics::{Mat, Real, vector};
 
 /// What the summaries share: J, J_cc = J^(−2/3), σᵢ², tr C and tr C².
 struct Shared<T> {
@@ -19,7 +19,7 @@ impl<T: Real> Shared<T> {
     #[inline(always)]
     fn new(sigma: [T; 3]) -> Self {
         let J = sigma[0] * sigma[1] * sigma[2];
-        let C = sigma.map(|s| s * s);
+        let C: [T; 3] = vector(|i| sigma[i] * sigma[i]);
         Self {
             J,
             J_cc: J.powf(-2.0 / 3.0),
@@ -51,7 +51,7 @@ pub fn combined_stress<T: Real>(
         trace,
         trace_square,
     } = Shared::new(sigma);
-    let f = fiber.map(|x| x * x);
+    let f: [T; 3] = vector(|i| fiber[i] * fiber[i]);
     let lambda_square = J_cc * (C[0] * f[0] + C[1] * f[1] + C[2] * f[2]);
     let two = T::from_f64(2.0);
     let w1 = two * J_cc * A;
@@ -102,7 +102,12 @@ impl<T: Real> Eta<T> {
     /// γ = F_base η F_baseᵀ.
     #[inline(always)]
     pub fn gamma(&self, sigma: [T; 3]) -> Mat<T, 3> {
-        let base = Mat(sigma.map(|s| [s, s * s * s, s.recip()]));
+        let [a, b, c] = sigma;
+        let base = Mat([
+            [a, a * a * a, a.recip()],
+            [b, b * b * b, b.recip()],
+            [c, c * c * c, c.recip()],
+        ]);
         (base * self.0).mul_tr(&base)
     }
 }

@@ -5,7 +5,7 @@ use crate::isotropic::{ByStretches, StretchEnergy, positive_sum};
 use crate::lame::Lame;
 use crate::near_rest::RestMeasures;
 use crate::registry::{Entry, Parameter, ParameterError, Parameters, Register, lame_itself};
-use fem_kinematics::{Mat, Polar, Real, Svd};
+use fem_kinematics::{Mat, Polar, Real, Svd, vector};
 
 /// ψ = μ |S − I|² + λ/2 tr(S − I)² (document 002): linear elasticity in a frame that turns along.
 ///
@@ -160,7 +160,7 @@ impl<const D: usize> StretchEnergy<D> for CorotatedLinear {
     #[inline(always)]
     fn gradient<T: Real>(&self, sigma: &[T; D]) -> [T; D] {
         let pressure = T::from_f64(self.lambda) * trace(sigma);
-        sigma.map(|s| T::from_f64(2.0 * self.mu) * (s - T::one()) + pressure)
+        vector(|i| T::from_f64(2.0 * self.mu) * (sigma[i] - T::one()) + pressure)
     }
     #[inline(always)]
     fn hessian<T: Real>(&self, _sigma: &[T; D]) -> Mat<T, D> {
@@ -223,7 +223,7 @@ impl<const D: usize> StretchEnergy<D> for FixedCorotated {
     #[inline(always)]
     fn gradient<T: Real>(&self, sigma: &[T; D]) -> [T; D] {
         let pressure = T::from_f64(self.lambda) * volume_change(sigma);
-        core::array::from_fn(|i| {
+        vector(|i| {
             T::from_f64(2.0 * self.mu) * (sigma[i] - T::one()) + pressure * others(sigma, i, i)
         })
     }
@@ -231,14 +231,18 @@ impl<const D: usize> StretchEnergy<D> for FixedCorotated {
     fn hessian<T: Real>(&self, sigma: &[T; D]) -> Mat<T, D> {
         let (mu, lambda) = (T::from_f64(2.0 * self.mu), T::from_f64(self.lambda));
         let pressure = lambda * volume_change(sigma);
-        Mat::from_fn(|i, j| {
-            let outer = lambda * others(sigma, i, i) * others(sigma, j, j);
-            if i == j {
-                mu + outer
-            } else {
-                outer + pressure * others(sigma, i, j)
+        let mut H = Mat::zeros();
+        for i in 0..D {
+            for j in 0..D {
+                let outer = lambda * others(sigma, i, i) * others(sigma, j, j);
+                H.0[i][j] = if i == j {
+                    mu + outer
+                } else {
+                    outer + pressure * others(sigma, i, j)
+                };
             }
-        })
+        }
+        H
     }
     #[inline(always)]
     fn difference_quotient<T: Real>(&self, sigma: &[T; D], i: usize, j: usize) -> T {
@@ -268,7 +272,7 @@ impl<const D: usize> StretchEnergy<D> for Arap {
     }
     #[inline(always)]
     fn gradient<T: Real>(&self, sigma: &[T; D]) -> [T; D] {
-        sigma.map(|s| T::from_f64(2.0 * self.mu) * (s - T::one()))
+        vector(|i| T::from_f64(2.0 * self.mu) * (sigma[i] - T::one()))
     }
     #[inline(always)]
     fn hessian<T: Real>(&self, _sigma: &[T; D]) -> Mat<T, D> {

@@ -5,7 +5,7 @@ use crate::lame::Space;
 use crate::material::Material;
 use crate::registry::{Entry, Parameter, Register};
 use fem_kinematics::HessianProjection;
-use fem_kinematics::{Mat, Real, Tensor4, dot};
+use fem_kinematics::{Mat, Real, Tensor4, dot, vector};
 
 /// ψ = c/2 (J^(−2/3) tr C − 3) + K/2 (ln J)² + Σ k₁/(2k₂) (exp(k₂ e²) − 1), e = max(|F a|² − 1, 0).
 ///
@@ -100,28 +100,31 @@ impl HolzapfelGasserOgden {
 
     #[inline(always)]
     fn families<T: Real>(&self, F: &Mat<T, 3>) -> [Family<T>; 2] {
+        [self.family(F, 0), self.family(F, 1)]
+    }
+
+    #[inline(always)]
+    fn family<T: Real>(&self, F: &Mat<T, 3>, which: usize) -> Family<T> {
         let (k1, k2) = (T::from_f64(self.k1), T::from_f64(self.k2));
         let G = *F - Mat::identity();
-        self.fibers.map(|direction| {
-            let a = direction.map(T::from_f64);
-            let (v, w) = (F.mul_vec(a), G.mul_vec(a));
-            // |F a|² − 1 = w·(2a + w) + (|a|² − 1)
-            let excess = T::from_f64(2.0) * dot(w, a) + dot(w, w) + (dot(a, a) - T::one());
-            let slack = excess.le(T::zero());
-            let e = T::select(slack, T::zero(), excess);
-            let x = k2 * e * e;
-            let grown = x.exp_m1();
-            let factor = k1 * (grown + T::one());
-            let two = T::from_f64(2.0);
-            let stiffening = two * two * factor * (T::one() + two * x);
-            Family {
-                a,
-                v,
-                energy: T::from_f64(0.5) * k1 / k2 * grown,
-                pull: two * factor * e,
-                stiffening: T::select(slack, T::zero(), stiffening),
-            }
-        })
+        let a = vector(|i| T::from_f64(self.fibers[which][i]));
+        let (v, w) = (F.mul_vec(a), G.mul_vec(a));
+        // |F a|² − 1 = w·(2a + w) + (|a|² − 1)
+        let excess = T::from_f64(2.0) * dot(w, a) + dot(w, w) + (dot(a, a) - T::one());
+        let slack = excess.le(T::zero());
+        let e = T::select(slack, T::zero(), excess);
+        let x = k2 * e * e;
+        let grown = x.exp_m1();
+        let factor = k1 * (grown + T::one());
+        let two = T::from_f64(2.0);
+        let stiffening = two * two * factor * (T::one() + two * x);
+        Family {
+            a,
+            v,
+            energy: T::from_f64(0.5) * k1 / k2 * grown,
+            pull: two * factor * e,
+            stiffening: T::select(slack, T::zero(), stiffening),
+        }
     }
 
     /// pull I + stiffening v vᵀ, the matrix k of dP = (k dF a) aᵀ.
@@ -162,7 +165,7 @@ impl Material<3> for HolzapfelGasserOgden {
         for family in self.families(F) {
             let w = dF.mul_vec(family.a);
             let along = family.stiffening * dot(family.v, w);
-            let change: [T; 3] = core::array::from_fn(|i| family.pull * w[i] + along * family.v[i]);
+            let change: [T; 3] = vector(|i| family.pull * w[i] + along * family.v[i]);
             dP += Mat::outer(change, family.a);
         }
         dP

@@ -3,7 +3,7 @@
 use crate::isotropic::{ByStretches, StretchEnergy};
 use crate::near_rest::infinite_unless_positive;
 use crate::registry::{Entry, Parameter, Register};
-use fem_kinematics::{Mat, Real};
+use fem_kinematics::{Mat, Real, vector};
 
 /// ψ = Σ_p μ_p/α_p (Σᵢ σ̄ᵢ^{α_p} − 3) + K/2 (ln J)², σ̄ = J^(−1/3) σ; finite only for J > 0.
 ///
@@ -73,19 +73,22 @@ struct Logs<T> {
 impl<T: Real> Logs<T> {
     #[inline(always)]
     fn new(sigma: &[T; 3]) -> Self {
-        let t = sigma.map(Real::ln);
+        // Calls written out, not closures: docs/kernels.md, finding 2.
+        let t = [sigma[0].ln(), sigma[1].ln(), sigma[2].ln()];
         let volume = t[0] + t[1] + t[2];
         let mean = T::from_f64(1.0 / 3.0) * volume;
         Self {
-            deviatoric: t.map(|x| x - mean),
+            deviatoric: [t[0] - mean, t[1] - mean, t[2] - mean],
             volume,
-            inverse: sigma.map(Real::recip),
+            inverse: [sigma[0].recip(), sigma[1].recip(), sigma[2].recip()],
         }
     }
     /// σ̄ᵢ^α for each i, and a third of their sum.
     #[inline(always)]
     fn powers(&self, alpha: f64) -> ([T; 3], T) {
-        let p = self.deviatoric.map(|t| (T::from_f64(alpha) * t).exp());
+        let [a, b, c] = self.deviatoric;
+        let alpha = T::from_f64(alpha);
+        let p = [(alpha * a).exp(), (alpha * b).exp(), (alpha * c).exp()];
         (p, T::from_f64(1.0 / 3.0) * (p[0] + p[1] + p[2]))
     }
 }
@@ -108,8 +111,10 @@ impl<const N: usize> StretchEnergy<3> for Ogden<N> {
         let logs = Logs::new(sigma);
         let mut psi = T::from_f64(0.5 * self.K) * logs.volume * logs.volume;
         for (mu, alpha) in self.terms {
-            let p = logs.deviatoric.map(|t| (T::from_f64(alpha) * t).exp_m1());
-            psi += T::from_f64(mu / alpha) * (p[0] + p[1] + p[2]);
+            let [a, b, c] = logs.deviatoric;
+            let factor = T::from_f64(mu / alpha);
+            let alpha = T::from_f64(alpha);
+            psi += factor * ((alpha * a).exp_m1() + (alpha * b).exp_m1() + (alpha * c).exp_m1());
         }
         infinite_unless_positive(sigma[0] * sigma[1] * sigma[2], psi)
     }
@@ -124,7 +129,7 @@ impl<const N: usize> StretchEnergy<3> for Ogden<N> {
                 kirchhoff[i] += T::from_f64(mu) * (p[i] - mean);
             }
         }
-        core::array::from_fn(|i| kirchhoff[i] * logs.inverse[i])
+        vector(|i| kirchhoff[i] * logs.inverse[i])
     }
     #[inline(always)]
     fn hessian<T: Real>(&self, sigma: &[T; 3]) -> Mat<T, 3> {
@@ -143,14 +148,13 @@ impl<const N: usize> StretchEnergy<3> for Ogden<N> {
                 }
             }
         }
-        Mat::from_fn(|i, j| {
-            let log = if i == j {
-                H.0[i][j] - kirchhoff[i]
-            } else {
-                H.0[i][j]
-            };
-            log * logs.inverse[i] * logs.inverse[j]
-        })
+        for i in 0..3 {
+            H.0[i][i] -= kirchhoff[i];
+            for j in 0..3 {
+                H.0[i][j] = H.0[i][j] * logs.inverse[i] * logs.inverse[j];
+            }
+        }
+        H
     }
     #[inline(always)]
     fn difference_quotient<T: Real>(&self, sigma: &[T; 3], i: usize, j: usize) -> T {

@@ -18,15 +18,14 @@ fn second_length<T: Real, const D: usize>(R: &Mat<T, D>) -> T {
 #[inline(always)]
 fn volume<T: Real, const D: usize>(R: &Mat<T, D>) -> (T, [T; D]) {
     let r = &R.0;
-    let slopes = core::array::from_fn(|i| {
-        let mut product = T::one();
+    let mut slopes = [T::one(); D];
+    for i in 0..D {
         for k in 0..D {
             if k != i {
-                product *= r[k][k];
+                slopes[i] *= r[k][k];
             }
         }
-        product
-    });
+    }
     (r[0][0] * slopes[0], slopes)
 }
 
