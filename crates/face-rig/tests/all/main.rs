@@ -5,5 +5,6 @@ mod contact;
 mod controls;
 mod counted;
 mod derivatives;
+mod fits;
 mod limp;
 mod weights;
