@@ -302,7 +302,7 @@ fn every_option_of_a_fit_does_what_the_library_does_with_it() {
         change(&scene, &mut fit);
         let expected = fit.of_first(&scene);
         let results = fits(at, &[&one[..], options].concat());
-        assert_eq!(results, [expected.clone()], "{options:?}");
+        assert_eq!(results, std::slice::from_ref(&expected), "{options:?}");
         assert!(!seen.contains(&expected), "{options:?} change nothing");
         seen.push(expected);
     }
