@@ -101,6 +101,84 @@ fn every_place_and_every_test_exists() {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 
+/// The functions of a source by name, from their first line to the next function.
+fn functions(source: &str) -> Vec<(String, &str)> {
+    let mut starts: Vec<usize> = source.match_indices("fn ").map(|(at, _)| at).collect();
+    // Of a type or a comment.
+    starts.retain(|&at| {
+        let before = source[..at].rsplit('\n').next().unwrap_or("").trim_start();
+        matches!(before, "" | "pub " | "pub(super) " | "pub(crate) ")
+    });
+    let ends = starts.iter().skip(1).copied().chain([source.len()]);
+    let named = |(start, end): (&usize, usize)| {
+        let text = &source[*start..end];
+        let name = text[3..].split(|c: char| !c.is_alphanumeric() && c != '_');
+        (name.take(1).collect(), text)
+    };
+    starts.iter().zip(ends).map(named).collect()
+}
+
+/// Does a test read reference data beside the repository, itself or by what it calls in its file?
+fn needs_data(reference: &str) -> bool {
+    let Some((path, name)) = reference.split_once("::") else {
+        return false;
+    };
+    let Ok(source) = std::fs::read_to_string(root().join(path)) else {
+        return false;
+    };
+    let functions = functions(&source);
+    let reads = |text: &str| {
+        ["FEM_SHARED", "../shared", "folder_or_skip("]
+            .iter()
+            .any(|word| text.contains(word))
+    };
+    let mut found: BTreeSet<&String> = functions
+        .iter()
+        .filter(|(_, text)| reads(text))
+        .map(|(name, _)| name)
+        .collect();
+    loop {
+        let calls = |text: &str| {
+            let of = |name: &&String| {
+                text.contains(&format!(" {name}(")) || text.contains(&format!(" {name}::<"))
+            };
+            found.iter().any(of)
+        };
+        let more = functions.iter().filter(|(_, text)| calls(text));
+        let all: BTreeSet<&String> = more.map(|(name, _)| name).chain(found.clone()).collect();
+        if all.len() == found.len() {
+            return found.iter().any(|found| *found == name);
+        }
+        found = all;
+    }
+}
+
+#[test]
+fn a_test_that_needs_data_beside_the_repository_says_so_and_has_a_witness_that_does_not() {
+    let mut problems = Vec::new();
+    let mut marked = 0;
+    for cells in rows() {
+        let pieces: Vec<&str> = cells[3].split('`').collect();
+        let tests = pieces.iter().zip(&pieces[1..]).skip(1).step_by(2);
+        let tests: Vec<(&str, bool)> = tests
+            .map(|(test, after)| (*test, after.starts_with('†')))
+            .filter(|(test, _)| test.contains("::"))
+            .collect();
+        marked += tests.iter().filter(|(_, marked)| *marked).count();
+        for (test, marked) in &tests {
+            if needs_data(test) != *marked {
+                problems.push(format!("{}: {test} and its mark do not agree", cells[0]));
+            }
+        }
+        if !tests.is_empty() && tests.iter().all(|(_, marked)| *marked) {
+            problems.push(format!("{}: no test without data beside it", cells[0]));
+        }
+    }
+    assert!(problems.is_empty(), "\n{}", problems.join("\n"));
+    // Marks are looked for where they are.
+    assert!(marked > 60, "{marked}");
+}
+
 #[test]
 fn the_counts_that_the_page_states_are_those_of_its_table() {
     let page = std::fs::read_to_string(root().join("docs/coverage.md")).expect("the page exists");

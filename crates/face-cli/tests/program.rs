@@ -436,6 +436,35 @@ const PRESSED: &str = r#"{ "name": "pressed",
     "muscles": { "names": { "list": ["pull"] }, "fibers": { "table": "fibers.csv" } } } },
   "material": { "preset": "soft_tissue" } }"#;
 
+/// The three elements that a message names are those squashed most in the state, with their stress.
+fn assert_worst(scene: &Scene, state: &MeshFile, message: &str) {
+    let assembly = scene.assembly().unwrap();
+    let x = assembly.positions(&state.points).unwrap();
+    let mut ratios: Vec<(f64, usize)> = assembly.volume_ratios(x).into_iter().zip(0..).collect();
+    ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let told = message.split("was solved: ").nth(1).unwrap();
+    for (k, named) in told.split("element ").skip(1).take(3).enumerate() {
+        let number = |after: &str| -> f64 {
+            let text = named.split(after).nth(1).unwrap().trim_start();
+            let end = text.find([',', ' ']).unwrap();
+            text[..end].parse().unwrap()
+        };
+        let element: usize = named.split(' ').next().unwrap().parse().unwrap();
+        let (ratio, stress) = (number("det F "), number(", "));
+        assert!((ratio - ratios[k].0).abs() < 1e-3, "{k}: {message}");
+        let own = ratios.iter().find(|(_, e)| *e == element).unwrap().0;
+        assert!((ratio - own).abs() < 1e-3, "{k}: {message}");
+        let material = &scene.regions[0].material;
+        let stresses = assembly.deformation_gradients(element, x);
+        let expected = stresses.map(|by_rest| material.von_mises_stress(&by_rest).unwrap());
+        let expected = 1e-3 * expected.fold(0.0, f64::max);
+        assert!(
+            (stress / expected - 1.0).abs() < 1e-2,
+            "{k}: {expected} kPa, {message}"
+        );
+    }
+}
+
 #[test]
 fn a_pose_without_equilibrium_leaves_the_last_state_that_has_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -463,12 +492,22 @@ fn a_pose_without_equilibrium_leaves_the_last_state_that_has_one() {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("last_state.vtu in out"), "{message}");
+    // One screen: the step that was taken last, the worst elements, and what could help.
+    assert!(message.lines().count() < 20, "{message}");
+    for word in ["of Newton's", "Hessian", "to try: ", "squashed most"] {
+        assert!(message.contains(word), "{word}: {message}");
+    }
     // The flesh, whatever else was asked for, and no pose that was not found.
     assert_eq!(files(&at.join("out")), ["last_state.vtu"]);
     let percent = message.split("stuck ").nth(1).unwrap();
     let percent: f64 = percent.split(' ').next().unwrap().parse().unwrap();
     assert!((5.0..95.0).contains(&percent), "{message}");
     let state = MeshFile::read(at.join("out/last_state.vtu")).unwrap();
+    assert_worst(
+        &Scene::load(at.join("pressed.json")).unwrap(),
+        &state,
+        &message,
+    );
     for (x, rest) in state.points.iter().zip(mesh.nodes()) {
         let plate = -22e-5 * percent;
         if rest[2] > 0.019 {
@@ -477,4 +516,25 @@ fn a_pose_without_equilibrium_leaves_the_last_state_that_has_one() {
         }
         assert!(rest[2] > 0.0 || x == rest, "{x:?}");
     }
+    // Tilted, so that one side is squashed more than all else.
+    let output = face_rig(
+        at,
+        &[
+            "simulate",
+            "pressed.json",
+            "--jaw",
+            "4deg",
+            "--jaw-shift",
+            "0,0,-24",
+            "--pictures",
+            "none",
+            "--out",
+            "tilted",
+        ],
+    );
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    let state = MeshFile::read(at.join("tilted/last_state.vtu")).unwrap();
+    let scene = Scene::load(at.join("pressed.json")).unwrap();
+    assert_worst(&scene, &state, &message);
 }

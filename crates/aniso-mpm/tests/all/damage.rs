@@ -253,3 +253,50 @@ fn a_direct_caller_gets_no_damage_above_one_and_none_that_heals() {
             .all(|d| d.is_nan())
     );
 }
+
+/// Where nothing can happen no grid is made: what is left out of it would have changed by less than
+/// rounding shows. A history that is hardly more than nothing puts every particle on the grid.
+#[test]
+fn what_is_left_out_of_the_grid_changes_nothing() {
+    // A row of 24 cells, damaged in one cell, in places that lie differently in their blocks.
+    let x: Vec<[f64; 3]> = (0..192)
+        .map(|i| [i / 4, i / 2 % 2, i % 2].map(|k| 0.5 * H * (k as f64 + 0.5)))
+        .collect();
+    let damage = DamageModel {
+        parameters: DamageParameters::new(H, 1.0, 0.05),
+        directors: Directors::<3>::Isotropic,
+    };
+    let (F, sigma) = (vec![Mat::identity(); 192], vec![Mat::zeros(); 192]);
+    let volume = vec![0.125 * H * H * H; 192];
+    for update in [
+        DamageUpdate::Explicit,
+        DamageUpdate::Implicit(ImplicitOptions::default()),
+    ] {
+        for cell in [0, 3, 4, 7, 12, 23] {
+            let d: Vec<f64> = (0..192)
+                .map(|i| if i / 8 == cell { 0.8 } else { 0.0 })
+                .collect();
+            let after = |history: f64| {
+                let input = DamageInput {
+                    x: &x,
+                    F: &F,
+                    sigma: &sigma,
+                    volume: &volume,
+                    d: &d,
+                    history: &vec![history; 192],
+                };
+                let mut augmentation = Augmentation::new(H, update);
+                let new = augmentation.step(&input, &|_| Some(damage), 0.05).unwrap();
+                (new.d, augmentation.active_blocks())
+            };
+            let ((near, few), (all, many)) = (after(0.0), after(f64::MIN_POSITIVE));
+            let apart = near.iter().zip(&all).map(|(a, b)| (a - b).abs());
+            let apart = apart.fold(0.0, f64::max);
+            assert!(apart < 1e-9, "{update:?}, cell {cell}: {apart:e}");
+            // At an end of the row it does not reach the other, in the middle it may.
+            assert!(few <= many && (few < many || (1..23).contains(&cell)));
+            let spread = near.iter().zip(&d).filter(|(a, b)| a > b).count();
+            assert!(spread > 0, "{update:?}, cell {cell}");
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! The crate's tests, in one program: what they share is compiled once.
 #![allow(non_snake_case)]
+mod by_hand;
 mod conservation;
 mod damage;
 mod elasticity;

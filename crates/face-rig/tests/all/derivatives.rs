@@ -43,7 +43,7 @@ pub(super) fn rig_with(params: RigParams) -> Rig {
 }
 
 /// Lengths in another unit, and every stiffness and strength times `factor`.
-fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
+pub(super) fn rig_of(params: RigParams, unit: f64, factor: f64) -> Rig {
     rig_pulled_by(PhysBam::default(), params, unit, factor)
 }
 

@@ -6,5 +6,6 @@ mod controls;
 mod counted;
 mod derivatives;
 mod lengths;
+mod fits;
 mod limp;
 mod weights;

@@ -147,3 +147,88 @@ fn targets_laid_over_the_face_are_fitted_as_those_that_lie_there() {
         .to_string();
     expect(&text, &["\"open\" is a mirror image of the face"]);
 }
+
+/// Flesh stretched along one muscle: what its activation adds is σ times the share of each tet, in the
+/// stretch that the scene says.
+#[test]
+fn a_muscle_is_worth_its_share_of_each_tet_in_the_stretch_of_the_scene() {
+    let stretch: f64 = 1.2;
+    // A fifth longer along y and no thinner: the volume grows by a fifth, too.
+    for (said, expected) in [("total", stretch), ("deviatoric", stretch.powf(2.0 / 3.0))] {
+        let files = Files::new();
+        let fibers = format!("\"fibers\": {{ \"stretch\": \"{said}\" }}, \"targets\"");
+        files.edit("scene.json", "\"targets\"", &fibers);
+        files.text(
+            "fibers.csv",
+            "tet,muscle,weight,fx,fy,fz\n3,0,0.5,0,1,0\n8,0,0.25,0,1,0\n3,1,0.125,1,0,0\n",
+        );
+        let scene = files.load().expect("a sound scene");
+        let body = scene.assembly().expect("an assembly");
+        let moved = scene.mesh.nodes().iter();
+        let moved: Vec<[f64; 3]> = moved.map(|p| [p[0], stretch * p[1], p[2]]).collect();
+        let energy = |activations: &[f64]| {
+            body.energy(body.configuration(&moved, activations).expect("finite"))
+        };
+        // ∫ f_a from 1 on, f_a = 1 − 25/6 e².
+        let e = expected - 1.0;
+        let active = e - 25.0 / 18.0 * e.powi(3);
+        let volume = 0.002 / 72.0;
+        let all = scene.fibers.max_isometric_stress * volume * 0.75 * active;
+        let added = energy(&[1.0, 0.0]) - energy(&[0.0, 0.0]);
+        assert!(
+            (added / all - 1.0).abs() < 1e-9,
+            "{said}: {added} for {all}"
+        );
+    }
+}
+
+/// Bones that turn a tet over: a fit says how many ended so.
+#[test]
+fn a_fit_counts_the_tets_that_ended_inside_out() {
+    let files = Files::new();
+    let flesh = r#""inversion": "allowed",
+        "material": { "stable_neo_hookean": { "young": 3e4, "poisson": 0.4 } }"#;
+    files.edit(
+        "scene.json",
+        r#""material": { "preset": "soft_tissue" }"#,
+        flesh,
+    );
+    let scene = files.load().expect("a sound scene");
+    let point = scene.joint.hinge().point();
+    let jaw = face_rig::fit::JawModel::Rigid { point };
+    let map = Parametrization::of_all(scene.muscles.len(), CraniumModel::Fixed, jaw);
+    for (back, inverted) in [(0.0, false), (0.12, true)] {
+        let mut rig = scene.rig(RigParams::default()).expect("a rig");
+        let mut start = map.rest();
+        let last = start.len() - 1;
+        start[last] = -back;
+        let params = FitParams {
+            max_iterations: 0,
+            ..FitParams::default()
+        };
+        let target = scene.target("smile").expect("a target");
+        let fit = fit_expression(
+            &scene,
+            &mut rig,
+            target,
+            Observed::Landmarks,
+            &map,
+            &params,
+            &start,
+            &mut |_| {},
+        )
+        .expect("a report");
+        let turned = |tet: usize| {
+            let [a, b, c, d] = scene.mesh.tet(tet).map(|n| fit.positions[n as usize]);
+            let edge = |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| p[k] - a[k]) };
+            let [u, v, w] = [b, c, d].map(edge);
+            let normal = |i: usize, j: usize| u[i] * v[j] - u[j] * v[i];
+            w[0] * normal(1, 2) + w[1] * normal(2, 0) + w[2] * normal(0, 1) <= 0.0
+        };
+        let count = (0..scene.mesh.num_elements())
+            .filter(|&tet| turned(tet))
+            .count();
+        assert_eq!((fit.inverted_tets, count > 0), (count, inverted));
+        assert_eq!(fit.smallest_ratio < 0.0, inverted);
+    }
+}

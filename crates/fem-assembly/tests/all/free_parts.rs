@@ -136,14 +136,15 @@ fn springs_hold_what_they_pull_back() {
 fn flesh_without_stiffness_is_named_and_flesh_with_any_is_not() {
     let mesh = block();
     let prescribed = at(&mesh, |p| p[2] == 0.0);
-    let parts = |mu: f64, lambda: f64| {
-        let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &prescribed).unwrap();
+    let of = |mu: f64, lambda: f64, nodes: &[usize], axes: &[(usize, usize)]| {
+        let dofs = Dofs::new(mesh.nodes(), nodes, axes).unwrap();
         let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
         let flesh = NeoHookean { mu, lambda };
         let assembly = builder.material(flesh).unwrap().build().unwrap();
         let at = assembly.configuration(mesh.nodes(), &[]).unwrap();
         assembly.free_motions(at)
     };
+    let parts = |mu: f64, lambda: f64| of(mu, lambda, &prescribed, &[]);
     let limp = parts(0.0, 0.0);
     let [part] = &limp[..] else {
         panic!("{limp:?}");
@@ -154,4 +155,12 @@ fn flesh_without_stiffness_is_named_and_flesh_with_any_is_not() {
     for (mu, lambda) in [(0.0, 1e-200), (1e-200, 0.0), (1e4, 1e5)] {
         assert!(parts(mu, lambda).is_empty(), "{mu:e} {lambda:e}");
     }
+    // Axes that leave it no motion as a whole do not stiffen it.
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let [a, b, c, d] = corners.map(|q| at(&mesh, |p| *p == q)[0]);
+    let axes = [(a, 0), (a, 1), (b, 1), (b, 2), (c, 2), (d, 0)];
+    let limp = of(0.0, 0.0, &[], &axes);
+    let none = |part: &FreePart<3>| part.limp && part.motions.is_empty();
+    assert!(limp.len() == 1 && none(&limp[0]), "{limp:?}");
+    assert!(of(1e4, 1e5, &[], &axes).is_empty());
 }

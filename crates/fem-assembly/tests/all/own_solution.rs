@@ -52,10 +52,11 @@ fn solves_twice(assembly: &Assembly<3>, stretch: f64, what: &str) {
 
 #[test]
 fn a_second_solve_takes_no_step_at_every_size_and_stiffness() {
-    for n in [2, 4, 8] {
-        for mu in [1e3, 1e5, 1e9] {
-            // One size of the largest block: the sizes differ by powers, not by kind.
-            let sizes: &[f64] = if n == 8 { &[1.0] } else { &[1e-3, 1.0, 1e3] };
+    for n in [2, 4, 8, 12] {
+        // Of the larger blocks one size, of the largest one stiffness: they differ by powers, not by kind.
+        let stiffnesses: &[f64] = if n == 12 { &[1e5] } else { &[1e3, 1e5, 1e9] };
+        for &mu in stiffnesses {
+            let sizes: &[f64] = if n >= 8 { &[1.0] } else { &[1e-3, 1.0, 1e3] };
             for &size in sizes {
                 for stretch in [1.0, 1.2] {
                     let what = format!("n = {n}, mu = {mu:e}, {size:e} m, stretch {stretch}");

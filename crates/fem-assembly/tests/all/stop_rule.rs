@@ -190,10 +190,10 @@ fn the_rule_moves_with_no_unit_no_start_and_no_offset_of_the_energy() {
                 let assembly = AssemblyBuilder::new(&mesh, prescribed_ends(&mesh, size)).unwrap();
                 let assembly = assembly.material(flesh(mu)).unwrap();
                 // In units of the energy that the body stores.
-                let offset = Offset(offset * 1e-3 * mu * size.powi(3));
-                let assembly = assembly.term(offset).unwrap().build().unwrap();
+                let joules = offset * 1e-3 * mu * size.powi(3);
+                let assembly = assembly.term(Offset(joules)).unwrap().build().unwrap();
                 for solver in [LinearSolver::Direct, LinearSolver::DirectSingle] {
-                    let what = format!("{mu:e} Pa, {size:e} m, {:e} J, {solver:?}", 0.0);
+                    let what = format!("{mu:e} Pa, {size:e} m, {joules:e} J, {solver:?}");
                     let start = pulled(&assembly, size, 1.0);
                     let (found, info) = solve(&assembly, start, solver, &what);
                     assert!((1..12).contains(&info.iterations), "{what}: {info:?}");

@@ -1,6 +1,7 @@
 //! The materials against dual numbers, against each other and against the documents' formulas.
 #![allow(non_snake_case)]
 
+mod by_hand;
 mod curves;
 mod derivatives;
 mod inversion;

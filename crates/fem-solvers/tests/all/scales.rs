@@ -2,6 +2,7 @@
 
 use fem_solvers::{
     BlockPattern, BlockSymmetric, HessianProjection, Newton, NewtonParams, NonlinearProblem,
+    StopReason,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -91,4 +92,67 @@ fn scales_are_asked_for_only_where_a_gradient_may_be_small_enough() {
     assert_eq!(each.2, each.1 + 1);
     // At the start, and after the last step.
     assert_eq!(last.2, 2, "of {} steps", last.1);
+}
+
+/// `(x − middle)²/2` whose gradient is off by `noise`, and who says that it may be by `own`.
+struct Noisy {
+    pattern: Arc<BlockPattern>,
+    middle: f64,
+    noise: f64,
+    own: Option<f64>,
+}
+
+impl NonlinearProblem<1> for Noisy {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        0.5 * (x[0] - self.middle).powi(2)
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g[0] = x[0] - self.middle + self.noise;
+    }
+    fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
+        out.values_mut()[0] = [[1.0]];
+    }
+    fn gradient_rounding(&self, _: &[f64]) -> Option<Vec<f64>> {
+        self.own.map(|own| vec![own])
+    }
+}
+
+/// The floor is the larger of what rounding of x moves, 4 ε |K| |x|, and what the problem's sums lose.
+#[test]
+fn a_gradient_is_rounding_below_the_larger_of_two_floors() {
+    let by_x = 4.0 * f64::EPSILON * 1000.0;
+    for (own, noise, is_rounding) in [
+        (None, 0.5 * by_x, true),
+        (None, 2.0 * by_x, false),
+        (Some(1e-3 * by_x), 0.5 * by_x, true),
+        (Some(1e-3 * by_x), 2.0 * by_x, false),
+        (Some(1e3 * by_x), 0.5e3 * by_x, true),
+        (Some(1e3 * by_x), 2e3 * by_x, false),
+        (Some(f64::NAN), 0.5 * by_x, false),
+        (Some(f64::INFINITY), 2.0 * by_x, false),
+    ] {
+        let problem = Noisy {
+            pattern: Arc::new(BlockPattern::from_adjacency(1, []).unwrap()),
+            middle: 1000.0,
+            noise,
+            own,
+        };
+        let params = NewtonParams {
+            relative_gradient_tolerance: 0.0,
+            ..NewtonParams::default()
+        };
+        let mut x = [1000.0];
+        let solved = Newton::new(&problem).solve(&problem, &mut x, &params);
+        let at_once = matches!(&solved, Ok(info) if info.iterations == 0);
+        assert_eq!(at_once, is_rounding, "{own:?}, {noise:e}: {solved:?}");
+        if is_rounding {
+            assert_eq!(solved.unwrap().stop, StopReason::Rounding);
+        }
+    }
 }
