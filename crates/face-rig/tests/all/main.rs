@@ -5,7 +5,7 @@ mod contact;
 mod controls;
 mod counted;
 mod derivatives;
-mod lengths;
 mod fits;
+mod lengths;
 mod limp;
 mod weights;

@@ -129,7 +129,7 @@ fn by_energy<const D: usize>(
     let decreases = change <= params.sufficient_decrease * t * slope;
     let clear = decreases && -change > rounding;
     // Too close to tell by energies: the slope must shrink instead (Hager & Zhang 2005).
-    if clear || change <= rounding {
+    if clear || change.abs() <= rounding {
         problem.gradient(x, gradient);
         let finite = first_non_finite(gradient).is_none();
         if finite && (clear || settles(gradient, start.direction, slope, norm0, decreases)) {
