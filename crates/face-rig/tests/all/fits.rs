@@ -46,7 +46,7 @@ fn a_hinge_stops_at_its_bound_however_the_head_moves() {
             truth[MUSCLES..jaw].copy_from_slice(&[-0.4, 0.3, 0.2, 0.01, -0.02, 0.03]);
         }
         truth[jaw] = 0.2;
-        let target = rig.solve(&map.parameters(&truth)).unwrap().positions();
+        let target = rig.solve(&map.parameters(&truth).unwrap()).unwrap().positions();
         let free = FitParams {
             jaw_angle_bounds: Some([-0.1, 0.7]),
             ..exact.clone()
@@ -69,14 +69,14 @@ fn a_hinge_stops_at_its_bound_however_the_head_moves() {
 
 /// Σ |x − target|²/2 of a pose.
 fn misfit(rig: &mut Rig, map: &Parametrization, q: &[f64], target: &[[f64; 3]]) -> f64 {
-    let x = rig.solve(&map.parameters(q)).unwrap().positions();
+    let x = rig.solve(&map.parameters(q).unwrap()).unwrap().positions();
     let pairs = x.as_flattened().iter().zip(target.as_flattened());
     0.5 * pairs.map(|(x, t)| (x - t).powi(2)).sum::<f64>()
 }
 
 /// A pose that cannot be reached exactly: what is left is decided by the prior.
 fn beside(rig: &mut Rig, map: &Parametrization) -> Vec<[f64; 3]> {
-    let pose = map.parameters(&[0.6, 0.2, 0.3]);
+    let pose = map.parameters(&[0.6, 0.2, 0.3]).unwrap();
     let mut target = rig.solve(&pose).unwrap().positions();
     for (k, x) in target.iter_mut().enumerate() {
         x[k % 3] += 1e-4 * f64::from(k as u32 % 7);
