@@ -46,7 +46,10 @@ fn a_hinge_stops_at_its_bound_however_the_head_moves() {
             truth[MUSCLES..jaw].copy_from_slice(&[-0.4, 0.3, 0.2, 0.01, -0.02, 0.03]);
         }
         truth[jaw] = 0.2;
-        let target = rig.solve(&map.parameters(&truth).unwrap()).unwrap().positions();
+        let target = rig
+            .solve(&map.parameters(&truth).unwrap())
+            .unwrap()
+            .positions();
         let free = FitParams {
             jaw_angle_bounds: Some([-0.1, 0.7]),
             ..exact.clone()

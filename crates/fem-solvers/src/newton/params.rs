@@ -1,5 +1,6 @@
 //! Settings, results and errors of Newton's method.
 
+use super::Merit;
 use crate::cholesky::CholeskyError;
 use crate::pcg::PcgError;
 use crate::preconditioner::PreconditionerError;
@@ -101,6 +102,11 @@ pub struct NewtonParams {
     pub reference: Option<f64>,
     /// … or when the largest entry of a full step is at most this, in the unit of `x`.
     pub step_tolerance: f64,
+    /// … or when a full step along the exact Hessian's direction was expected to lower the energy by at
+    /// most this, in the unit of the energy: the Newton decrement ½ gᵀK⁻¹g = −½ gᵀd, which depends on
+    /// neither the unit of `x` nor the mesh. Directions of conjugate gradients count as far as they
+    /// were solved. Not asked where the merit is no energy.
+    pub decrement_tolerance: f64,
     /// Most Newton steps.
     pub max_iterations: usize,
     /// How directions are computed.
@@ -118,6 +124,7 @@ impl Default for NewtonParams {
             relative_gradient_tolerance: 1e-8,
             reference: None,
             step_tolerance: 0.0,
+            decrement_tolerance: 0.0,
             max_iterations: 100,
             linear_solver: LinearSolver::Auto,
             projection: ProjectionPolicy::ExactFirst,
@@ -127,6 +134,12 @@ impl Default for NewtonParams {
 }
 
 impl NewtonParams {
+    /// Whether a step that the exact Hessian gave had nothing more to gain.
+    pub(super) fn ends_by_decrement(&self, merit: Merit, step: &NewtonIteration) -> bool {
+        let asked = self.decrement_tolerance > 0.0 && merit == Merit::Energy;
+        asked && step.t == 1.0 && step.decrement <= self.decrement_tolerance
+    }
+
     /// Refuses settings that are negative, not a number or outside their range.
     pub(super) fn check(&self) -> Result<(), NewtonFailure> {
         let share = self.line_search.sufficient_decrease;
@@ -145,6 +158,7 @@ impl NewtonParams {
             ),
             ("reference", self.reference.unwrap_or(0.0)),
             ("step_tolerance", self.step_tolerance),
+            ("decrement_tolerance", self.decrement_tolerance),
             ("line_search.rounding", self.line_search.rounding),
         ] {
             if !(0.0..f64::INFINITY).contains(&value) {
@@ -170,6 +184,8 @@ pub enum StopReason {
     RelativeGradient,
     /// The step tolerance.
     Step,
+    /// The tolerance of the Newton decrement.
+    Decrement,
     /// Converged to rounding: the tolerances ask for less than rounding leaves of the gradient, and
     /// every entry `g_i` is at most its tolerance, `4 ε Σ_j |K_ij| |x_j|`, or its
     /// [`gradient_rounding`](super::NonlinearProblem::gradient_rounding), whichever is largest.
@@ -190,6 +206,9 @@ pub struct NewtonIteration {
     pub step: f64,
     /// Share of the Newton direction taken.
     pub t: f64,
+    /// By how much the quadratic model of the energy fell along the whole direction, −½ gᵀd: the Newton
+    /// decrement where the Hessian was exact.
+    pub decrement: f64,
     /// Conjugate gradient iterations; 0 for a direct solve.
     pub linear_iterations: usize,
     /// The Hessian that gave the direction.

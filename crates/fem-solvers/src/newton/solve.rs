@@ -40,6 +40,8 @@ struct State {
 
 /// A step taken.
 struct Step {
+    /// Was the direction that of the exact Hessian?
+    exact: bool,
     report: NewtonIteration,
     /// The energy did not fall noticeably, nor did the gradient after the first step.
     stalled: bool,
@@ -115,6 +117,7 @@ impl NewtonIteration {
             gradient_norm: state.info.gradient_norm,
             step: 0.0,
             t: 0.0,
+            decrement: 0.0,
             linear_iterations: 0,
             projection: HessianProjection::None,
             shift: 0.0,
@@ -263,6 +266,9 @@ impl<'d, const D: usize> Newton<'d, D> {
             if step.report.t == 1.0 && step.report.step <= params.step_tolerance {
                 return Ok(StopReason::Step);
             }
+            if step.exact && params.ends_by_decrement(problem.merit(), &step.report) {
+                return Ok(StopReason::Decrement);
+            }
             if step.stalled && self.is_rounding(problem, x, state, &target) {
                 return Ok(StopReason::Rounding);
             }
@@ -303,6 +309,7 @@ impl<'d, const D: usize> Newton<'d, D> {
             return Err(NewtonFailure::LineSearchFailed { slope });
         };
         let before = state.info.gradient_norm;
+        let decrement = -0.5 * dot(&state.gradient, &direction.dx);
         state.accept(x, &accepted);
         let left = state.info.gradient_norm / before;
         let rule = match params.projection {
@@ -312,6 +319,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         self.workspace.shift.stepped(rule, accepted.t, left);
         let fell = left <= 0.5;
         Ok(Step {
+            exact: direction.is_exact(),
             stalled: !accepted.clear && (state.info.iterations == 1 || !fell),
             report: NewtonIteration {
                 iteration: state.info.iterations,
@@ -319,6 +327,7 @@ impl<'d, const D: usize> Newton<'d, D> {
                 gradient_norm: state.info.gradient_norm,
                 step: accepted.t * norm_inf(&direction.dx),
                 t: accepted.t,
+                decrement,
                 linear_iterations: direction.linear_iterations,
                 projection: direction.projection,
                 shift: direction.shift,

@@ -465,6 +465,10 @@ fn settings_that_are_no_sizes_are_refused() {
                 step_tolerance: bad,
                 ..default()
             },
+            NewtonParams {
+                decrement_tolerance: bad,
+                ..default()
+            },
             decrease,
             rounding,
         ];
@@ -525,4 +529,40 @@ fn forces_that_cancel_at_a_saddle_are_no_equilibrium() {
         let info = Newton::new(&problem).solve(&problem, &mut x, &params);
         assert_eq!(info.unwrap().iterations, 0, "{solver:?}");
     }
+}
+
+#[test]
+fn a_solve_ends_where_its_energy_has_nothing_more_to_gain() {
+    // The least energy is 0, so a decrement is nearly the energy that a step starts from.
+    let problem = Rosenbrock::new(4, 2.0);
+    let mut params = NewtonParams {
+        relative_gradient_tolerance: 0.0,
+        linear_solver: LinearSolver::Direct,
+        ..Default::default()
+    };
+    let solve = |params: &NewtonParams| {
+        let (mut x, mut steps) = (vec![0.7; 8], Vec::new());
+        let mut observe = |step: &fem_solvers::NewtonIteration| steps.push(*step);
+        let mut newton = Newton::new(&problem);
+        let info = newton.solve_observed(&problem, &mut x, params, &mut observe);
+        (info.unwrap(), steps)
+    };
+    for tolerance in [1e-3, 1e-6, 1e-9] {
+        params.decrement_tolerance = tolerance;
+        let (info, steps) = solve(&params);
+        assert_eq!(info.stop, StopReason::Decrement);
+        let [.., before, last] = &steps[..] else {
+            panic!("{steps:?}");
+        };
+        assert!(last.decrement <= tolerance && before.decrement > tolerance);
+        assert!(
+            (last.decrement / before.energy - 1.0).abs() < 0.05,
+            "{steps:?}"
+        );
+        assert!(info.energy < 0.05 * tolerance, "{info:?}");
+    }
+    // The decrement of a projected Hessian says nothing about what is left.
+    params.decrement_tolerance = 1e9;
+    params.projection = ProjectionPolicy::AlwaysProjected;
+    assert_ne!(solve(&params).0.stop, StopReason::Decrement);
 }

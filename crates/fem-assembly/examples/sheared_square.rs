@@ -1,0 +1,76 @@
+//! Why Newton's steps grow with the mesh: a square whose upper edge is sheared by 0.8 of its height.
+//!
+//! `cargo run --release -p fem-assembly --example sheared_square -- [cells along an edge]…`
+
+use fem_assembly::mesh::SimplexMesh;
+use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic, solve_walking};
+use fem_materials::{Lame, Linear, Material, NeoHookean, Space};
+use fem_solvers::{ContinuationParams, Newton, NewtonParams, ProjectionPolicy};
+use std::error::Error;
+
+fn square(n: usize, material: impl Material<2> + 'static) -> Result<Assembly<2>, Box<dyn Error>> {
+    let at = |i: usize| i as f64 / n as f64;
+    let rest: Vec<[f64; 2]> = (0..=n)
+        .flat_map(|j| (0..=n).map(move |i| [at(i), at(j)]))
+        .collect();
+    let cells = (0..n).flat_map(|j| (0..n).map(move |i| (j * (n + 1) + i) as u32));
+    let (right, up) = (1, n as u32 + 1);
+    let halves = |a: u32| [a, a + right, a + right + up, a, a + right + up, a + up];
+    let mesh = SimplexMesh::new(rest.clone(), cells.flat_map(halves).collect())?;
+    let on_edge = |k: &usize| rest[*k][1] == 0.0 || rest[*k][1] == 1.0;
+    let prescribed: Vec<usize> = (0..rest.len()).filter(on_edge).collect();
+    let dofs = Dofs::with_prescribed_nodes(&rest, &prescribed)?;
+    let builder = AssemblyBuilder::new(&mesh, dofs)?.material(material)?;
+    Ok(builder.build()?)
+}
+
+/// Steps, and the shape.
+fn sheared(
+    mut body: Assembly<2>,
+    projection: ProjectionPolicy,
+) -> Result<(usize, Vec<[f64; 2]>), Box<dyn Error>> {
+    let rest = body.rest().to_vec();
+    let moved: Vec<[f64; 2]> = rest
+        .iter()
+        .map(|p| [p[0] + 0.8 * p[1].floor(), p[1]])
+        .collect();
+    let mut newton = Newton::new(&Quasistatic::new(&body, rest.clone(), vec![])?);
+    let params = NewtonParams {
+        projection,
+        max_iterations: 200,
+        ..NewtonParams::default()
+    };
+    let walk = ContinuationParams::default();
+    let there = solve_walking(&mut body, &mut newton, rest, &moved, &[], &params, &walk)?;
+    Ok((there.iterations, there.positions))
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let given: Result<Vec<usize>, _> = std::env::args().skip(1).map(|a| a.parse()).collect();
+    let sizes = match given? {
+        none if none.is_empty() => vec![10, 30, 100],
+        sizes => sizes,
+    };
+    let Lame { lambda, mu } = Lame::from_young_poisson(100.0, 0.45, Space::Solid)?;
+    println!(
+        "cells  inside out by the tangent, least det F   steps (blended)   least det F at the end"
+    );
+    for n in sizes {
+        // The solution of the linear problem is where the tangent at rest leads.
+        let linear = square(n, Linear { mu, lambda })?;
+        let (_, tangent) = sheared(linear, ProjectionPolicy::ExactFirst)?;
+        let body = || square(n, NeoHookean { mu, lambda });
+        let least = |x: &[[f64; 2]]| -> Result<(f64, usize), Box<dyn Error>> {
+            let body = body()?;
+            let J = body.volume_ratios(body.configuration(x, &[])?)?;
+            let inverted = J.iter().filter(|&&J| !(J > 0.0)).count();
+            Ok((J.iter().copied().fold(f64::INFINITY, f64::min), inverted))
+        };
+        let (by_tangent, inverted) = least(&tangent)?;
+        let (steps, end) = sheared(body()?, ProjectionPolicy::ExactFirst)?;
+        let (blended, _) = sheared(body()?, ProjectionPolicy::ExactThenBlended)?;
+        let (at_end, _) = least(&end)?;
+        println!("{n:5} {inverted:20} {by_tangent:19.3} {steps:10} ({blended}) {at_end:20.3}");
+    }
+    Ok(())
+}
