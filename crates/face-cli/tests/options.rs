@@ -393,7 +393,7 @@ fn a_table_of_targets_has_the_weights_of_its_landmarks() {
 fn posed(scene: &Scene, pose: &Parameters) -> [f64; 2] {
     let mut rig = scene.rig(RigParams::default()).unwrap();
     let x = rig.solve(pose).unwrap().positions();
-    let z = rig.solved().in_cranium_frame.clone();
+    let z = rig.equilibrium().in_cranium_frame.clone();
     let controls = rig.energy_controls(pose);
     let at = rig.assembly().configuration(&z, &controls).unwrap();
     let way =
@@ -470,7 +470,7 @@ fn jacobian(scene: &Scene, pose: &Parameters) -> Vec<Vec<f64>> {
     let columns = rig
         .sensitivity()
         .map(|s| s.jacobian(&points, &directions, JacobianRoute::Columns));
-    let columns = columns.unwrap();
+    let columns = columns.unwrap().unwrap();
     let rows = 3 * scene.landmarks.len();
     (0..rows)
         .map(|row| columns.iter().skip(row).step_by(rows).copied().collect())

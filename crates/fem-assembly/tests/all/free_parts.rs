@@ -1,8 +1,11 @@
 //! What can move with nothing to stop it is found before a solve.
+#![allow(non_snake_case)]
 
 use fem_assembly::mesh::{Orientation, Orphans, SimplexMesh, kuhn_grid};
 use fem_assembly::{AssemblyBuilder, Dofs, FreePart, NodalLoads, RigidMotion, Springs};
-use fem_materials::NeoHookean;
+use fem_materials::{HessianProjection, Lame, NeoHookean, Space};
+use fem_solvers::{BlockSymmetric, CholeskyError, CholeskyFactor, SymbolicCholesky};
+use std::sync::Arc;
 
 fn parts(mesh: &SimplexMesh<3>, nodes: &[usize], axes: &[(usize, usize)]) -> Vec<FreePart<3>> {
     let dofs = Dofs::new(mesh.nodes(), nodes, axes).unwrap();
@@ -163,4 +166,33 @@ fn flesh_without_stiffness_is_named_and_flesh_with_any_is_not() {
     let none = |part: &FreePart<3>| part.limp && part.motions.is_empty();
     assert!(limp.len() == 1 && none(&limp[0]), "{limp:?}");
     assert!(of(1e4, 1e5, &[], &axes).is_empty());
+}
+
+#[test]
+fn the_stiffness_of_a_free_body_is_singular_and_is_not_factored_into_numbers() {
+    // Rounding makes its zero pivots positive or negative; which, differs from mesh to mesh.
+    for n in 1..7 {
+        for young in [1e-6, 3e4, 1e12] {
+            let mesh = kuhn_grid(n, n, n + 1, [0.9, 1.0, 1.3]).unwrap();
+            let Lame { lambda, mu } = Lame::from_young_poisson(young, 0.45, Space::Solid).unwrap();
+            let stiffness = |held: &[usize]| {
+                let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), held).unwrap();
+                let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+                let body = builder.material(NeoHookean { mu, lambda }).unwrap();
+                let body = body.build().unwrap();
+                let mut K = BlockSymmetric::zeros(body.pattern().clone());
+                let at = body.configuration(mesh.nodes(), &[]).unwrap();
+                body.hessian(at, HessianProjection::None, &mut K);
+                let symbolic = Arc::new(SymbolicCholesky::new(body.pattern()));
+                CholeskyFactor::<f64, 3>::factor(&symbolic, &K).err()
+            };
+            // One node or two leave rotations.
+            for held in [&[][..], &[0], &[0, 1]] {
+                let error = stiffness(held);
+                let refused = matches!(error, Some(CholeskyError::NotPositiveDefinite { .. }));
+                assert!(refused, "{n} {young}: {held:?} {error:?}");
+            }
+            assert_eq!(stiffness(&[0, 1, n + 1]), None, "{n} {young}");
+        }
+    }
 }

@@ -17,6 +17,9 @@ mod sealed {
 
 /// The precision of a factor: `f64`, or `f32` with half the memory and twice the speed.
 pub trait FactorScalar: Copy + Send + Sync + sealed::Sealed + 'static {
+    /// A pivot that is no more than this share of its diagonal entry is rounding: the matrix is
+    /// singular. 0 where a factor is a preconditioner, whose user sees what it is worth.
+    const SINGULAR: f64;
     /// Rounds.
     fn from_f64(value: f64) -> Self;
     /// Widens.
@@ -24,6 +27,7 @@ pub trait FactorScalar: Copy + Send + Sync + sealed::Sealed + 'static {
 }
 
 impl FactorScalar for f64 {
+    const SINGULAR: f64 = 256.0 * f64::EPSILON;
     fn from_f64(value: f64) -> Self {
         value
     }
@@ -33,6 +37,7 @@ impl FactorScalar for f64 {
 }
 
 impl FactorScalar for f32 {
+    const SINGULAR: f64 = 0.0;
     fn from_f64(value: f64) -> Self {
         value as f32
     }

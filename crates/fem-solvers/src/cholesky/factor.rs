@@ -94,27 +94,42 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
             .filter(|&s| symbolic.supernodes[s].parent == super::elimination_tree::NO_PARENT)
             .collect();
         let outcome = task.children(&roots, &mut self.panels, 0);
-        if let Err(error) = outcome {
+        if let Err(error) = outcome.and_then(|_| self.is_regular(matrix)) {
             self.panels.fill(T::from_f64(f64::NAN));
             return Err(error);
         }
         Ok(())
     }
 
+    fn is_regular(&self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
+        let (share, place) = self.weakest(matrix);
+        let (block_row, axis) = (place / D, place % D);
+        if share > T::SINGULAR {
+            Ok(())
+        } else {
+            Err(CholeskyError::NotPositiveDefinite { block_row, axis })
+        }
+    }
+
     /// The smallest share of a diagonal entry of `matrix`, which was factored, that was left as its
     /// pivot: about the rounding of the factor's precision where the matrix is singular.
     pub(crate) fn weakest_pivot(&self, matrix: &BlockSymmetric<D>) -> f64 {
+        self.weakest(matrix).0
+    }
+
+    /// That share, and the place of its scalar.
+    fn weakest(&self, matrix: &BlockSymmetric<D>) -> (f64, usize) {
         let symbolic = &*self.symbolic;
-        let mut weakest = 1.0_f64;
+        let mut weakest = (1.0_f64, 0);
         for node in &symbolic.supernodes {
             let height = node.height();
-            for (k, place) in symbolic.places[node.scalars.clone()].iter().enumerate() {
+            for (k, &place) in symbolic.places[node.scalars.clone()].iter().enumerate() {
                 let (row, axis) = (place / D, place % D);
                 let pivot = self.panels[node.panel + k * height + k].to_f64();
                 let share = pivot * pivot / matrix.diagonal_block(row)[axis][axis];
                 // NaN is the weakest of all.
-                if !(share >= weakest) {
-                    weakest = share;
+                if !(share >= weakest.0) {
+                    weakest = (share, place);
                 }
             }
         }

@@ -1,6 +1,5 @@
 //! Settings, results and errors of Newton's method.
 
-use super::Merit;
 use crate::cholesky::CholeskyError;
 use crate::pcg::PcgError;
 use crate::preconditioner::PreconditionerError;
@@ -134,12 +133,6 @@ impl Default for NewtonParams {
 }
 
 impl NewtonParams {
-    /// Whether a step that the exact Hessian gave had nothing more to gain.
-    pub(super) fn ends_by_decrement(&self, merit: Merit, step: &NewtonIteration) -> bool {
-        let asked = self.decrement_tolerance > 0.0 && merit == Merit::Energy;
-        asked && step.t == 1.0 && step.decrement <= self.decrement_tolerance
-    }
-
     /// Refuses settings that are negative, not a number or outside their range.
     pub(super) fn check(&self) -> Result<(), NewtonFailure> {
         let share = self.line_search.sufficient_decrease;

@@ -47,6 +47,21 @@ struct Step {
     stalled: bool,
 }
 
+impl Step {
+    /// The tolerance that says so by the step alone.
+    fn was_last(&self, params: &NewtonParams, merit: Merit) -> Option<StopReason> {
+        let whole = self.report.t == 1.0;
+        let by_decrement = params.decrement_tolerance > 0.0 && merit == Merit::Energy && self.exact;
+        if whole && self.report.step <= params.step_tolerance {
+            Some(StopReason::Step)
+        } else if whole && by_decrement && self.report.decrement <= params.decrement_tolerance {
+            Some(StopReason::Decrement)
+        } else {
+            None
+        }
+    }
+}
+
 impl State {
     fn new(unknowns: usize) -> Self {
         Self {
@@ -263,11 +278,8 @@ impl<'d, const D: usize> Newton<'d, D> {
                 }
                 continue;
             }
-            if step.report.t == 1.0 && step.report.step <= params.step_tolerance {
-                return Ok(StopReason::Step);
-            }
-            if step.exact && params.ends_by_decrement(problem.merit(), &step.report) {
-                return Ok(StopReason::Decrement);
+            if let Some(stop) = step.was_last(params, problem.merit()) {
+                return Ok(stop);
             }
             if step.stalled && self.is_rounding(problem, x, state, &target) {
                 return Ok(StopReason::Rounding);

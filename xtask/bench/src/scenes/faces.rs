@@ -136,7 +136,7 @@ fn ways(name: &str) -> Vec<Ways> {
             Curve::new(
                 named("direct"),
                 Axis::Tolerance,
-                Claim::PerTolerance(50.0, 1e-6),
+                Claim::PerToleranceUpTo(50.0, 1e-6, 1e-4),
             ),
             tolerances.to_vec(),
         ),

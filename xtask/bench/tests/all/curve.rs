@@ -32,6 +32,14 @@ fn an_error_may_be_a_share_of_its_tolerance_or_rounding() {
     curve.points[2].error = 2e-9;
     assert!(curve.broken().is_some());
     curve.points[2].error = 0.0;
+    // Looser tolerances than those that are claimed are only shown.
+    curve.points[0].error = 5.0;
+    assert!(curve.broken().is_some());
+    curve.claim = Claim::PerToleranceUpTo(2.0, 1e-9, 1e-4);
+    assert!(curve.broken().is_none());
+    curve.points[1].error = 3e-4;
+    assert!(curve.broken().is_some());
+    curve.points[1].error = 2e-4;
     curve.points[1].setting = "auto".to_owned();
     assert!(curve.broken().is_some());
 }
