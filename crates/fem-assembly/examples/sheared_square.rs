@@ -8,7 +8,7 @@ use fem_materials::{Lame, Linear, Material, NeoHookean, Space};
 use fem_solvers::{ContinuationParams, Newton, NewtonParams, ProjectionPolicy};
 use std::error::Error;
 
-fn square(n: usize, material: impl Material<2> + 'static) -> Result<Assembly<2>, Box<dyn Error>> {
+fn square(n: usize, material: impl Material<2> + 'static) -> Result<Assembly<2>, Failure> {
     let at = |i: usize| i as f64 / n as f64;
     let rest: Vec<[f64; 2]> = (0..=n)
         .flat_map(|j| (0..=n).map(move |i| [at(i), at(j)]))
@@ -24,11 +24,13 @@ fn square(n: usize, material: impl Material<2> + 'static) -> Result<Assembly<2>,
     Ok(builder.build()?)
 }
 
+type Failure = Box<dyn Error>;
+
 /// Steps, and the shape.
 fn sheared(
     mut body: Assembly<2>,
     projection: ProjectionPolicy,
-) -> Result<(usize, Vec<[f64; 2]>), Box<dyn Error>> {
+) -> Result<(usize, Vec<[f64; 2]>), Failure> {
     let rest = body.rest().to_vec();
     let moved: Vec<[f64; 2]> = rest
         .iter()
@@ -45,7 +47,7 @@ fn sheared(
     Ok((there.iterations, there.positions))
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Failure> {
     let given: Result<Vec<usize>, _> = std::env::args().skip(1).map(|a| a.parse()).collect();
     let sizes = match given? {
         none if none.is_empty() => vec![10, 30, 100],
@@ -60,11 +62,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         let linear = square(n, Linear { mu, lambda })?;
         let (_, tangent) = sheared(linear, ProjectionPolicy::ExactFirst)?;
         let body = || square(n, NeoHookean { mu, lambda });
-        let least = |x: &[[f64; 2]]| -> Result<(f64, usize), Box<dyn Error>> {
+        let least = |x: &[[f64; 2]]| -> Result<(f64, usize), Failure> {
             let body = body()?;
-            let J = body.volume_ratios(body.configuration(x, &[])?)?;
-            let inverted = J.iter().filter(|&&J| !(J > 0.0)).count();
-            Ok((J.iter().copied().fold(f64::INFINITY, f64::min), inverted))
+            let ratios = body.volume_ratios(body.configuration(x, &[])?)?;
+            let inverted = ratios.iter().filter(|&&ratio| !(ratio > 0.0)).count();
+            Ok((
+                ratios.iter().copied().fold(f64::INFINITY, f64::min),
+                inverted,
+            ))
         };
         let (by_tangent, inverted) = least(&tangent)?;
         let (steps, end) = sheared(body()?, ProjectionPolicy::ExactFirst)?;
