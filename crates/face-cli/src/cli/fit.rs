@@ -9,7 +9,9 @@ use super::output::{Output, say};
 use super::progress::bar;
 use super::shape_files::Fields;
 use super::source::open;
-use face_rig::fit::{CraniumModel, FitError, FitIteration, FitParams, JawModel, Parametrization};
+use face_rig::fit::{
+    CraniumModel, FitError, FitIteration, FitParams, JawModel, Orthogonality, Parametrization,
+};
 use face_rig::rig::{Rig, RigParams};
 use face_scenes::{ExpressionFit, Observed, Outcome, Scene, Target, TargetKind, fit_expression};
 use fem_solvers::{Loss, StepMethod};
@@ -84,7 +86,7 @@ fn settings(args: &FitArgs, params: &FitParams) -> Value {
         "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
-        "jaw_weight_mm2": args.jaw_weight, "robust_mm": args.robust,
+        "jaw_weight_mm2": args.jaw_weight, "orthogonality_mm2": args.orthogonality, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start })
 }
 
@@ -141,6 +143,10 @@ fn params(scene: &Scene, args: &FitArgs) -> FitParams {
         },
         activation_weight: 1e-6 * args.relax,
         joint_weight: 1e-6 * args.jaw_weight,
+        orthogonality: Orthogonality {
+            cranium: 1e-6 * args.orthogonality,
+            jaw: 1e-6 * args.orthogonality,
+        },
         jaw_angle_bounds: Some(scene.joint.limits().opening),
         loss: args
             .robust
