@@ -5,7 +5,7 @@ use fem_assembly::Assembly;
 use std::f64::consts::PI;
 
 /// The block with these fields in the place of its muscles, and these before its material.
-fn drawn(muscles: &str, fields: &str) -> Files {
+pub(super) fn drawn(muscles: &str, fields: &str) -> Files {
     let files = Files::new();
     let old = r#""names": { "list": ["smile_L", "smile_R"] },
       "fibers": { "table": "fibers.csv" }"#;
@@ -38,7 +38,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-const CURVES: &str = r#"[
+pub(super) const CURVES: &str = r#"[
   { "index": 0, "name": "cord_L", "half_thickness_m": 0.004, "closed_loop": false, "length_m": 0.1,
     "fibers": [[{ "kind": "skin", "point_m": [0.05, 0.02, 0.05] }, { "point_m": [0.05, 0.12, 0.05] }]] },
   { "index": 1, "name": "sheet_L", "half_thickness_m": 0.003, "closed_loop": false,
@@ -48,7 +48,7 @@ const CURVES: &str = r#"[
     "fibres": [[{ "point_m": [0.02, 0.15, 0.05] }, { "point_m": [0.08, 0.15, 0.05] },
                 { "point_m": [0.08, 0.19, 0.05] }, { "point_m": [0.02, 0.19, 0.05] }]] }
 ]"#;
-const FROM_FILE: &str =
+pub(super) const FROM_FILE: &str =
     r#""names": { "file": "curves.json" }, "fibers": { "curves": "curves.json" }"#;
 
 #[test]

@@ -162,6 +162,17 @@ fn damaged_scenes_and_tables_are_read_or_refused() {
     }
 }
 
+/// Muscles as curves: names, widths and points far away, many or none.
+#[test]
+fn damaged_curves_are_read_or_refused() {
+    let files = course_tests::drawn(course_tests::FROM_FILE, "");
+    files.text("curves.json", course_tests::CURVES);
+    files.load().expect("a sound scene");
+    let mut damage = Damage(0x0f1e_2d3c_4b5a_6978);
+    let file = ("curves.json", course_tests::CURVES);
+    damaged(&files, file, &mut damage, 1000);
+}
+
 /// Loads, cavities, motions, strengths, stiffnesses, regions, ligaments and contact.
 #[test]
 fn damaged_influences_are_read_or_refused() {
