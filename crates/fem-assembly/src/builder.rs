@@ -3,7 +3,7 @@
 use crate::assembly::Assembly;
 use crate::dofs::Dofs;
 use crate::element_group::Entry;
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 use crate::evaluations::Counter;
 use crate::mesh::{QuadraticMesh, SimplexMesh};
 use crate::plan::{self, Chunk, Summand};
@@ -85,15 +85,7 @@ where
 }
 
 fn same_nodes<const D: usize>(expected: usize, dofs: &Dofs<D>) -> Result<(), AssemblyError> {
-    let (what, found) = ("nodes of the constraints", dofs.nodes());
-    if found == expected {
-        return Ok(());
-    }
-    Err(AssemblyError::WrongLength {
-        what,
-        found,
-        expected,
-    })
+    check_length("nodes of the constraints", dofs.nodes(), expected)
 }
 
 impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {

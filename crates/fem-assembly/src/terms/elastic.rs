@@ -2,7 +2,7 @@
 
 use crate::builder::AssemblyBuilder;
 use crate::element_group::ElementGroup;
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 use crate::shape::ElementShape;
 use fem_materials::Material;
 use fem_materials::field::{Local1, LocalParameters, MaterialField, ScaledMaterial};
@@ -41,13 +41,11 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         material: M,
         local: &[M::Local<f64>],
     ) -> Result<Self, AssemblyError> {
-        if local.len() != elements.len() {
-            return Err(AssemblyError::WrongLength {
-                what: "local parameters of a material",
-                found: local.len(),
-                expected: elements.len(),
-            });
-        }
+        check_length(
+            "local parameters of a material",
+            local.len(),
+            elements.len(),
+        )?;
         let mut numbers = vec![0.0; fem_materials::field::MAX_LOCAL_NUMBERS];
         for (index, parameters) in local.iter().enumerate() {
             parameters.write(&mut numbers);

@@ -2,7 +2,7 @@
 
 use crate::builder::AssemblyBuilder;
 use crate::configuration::Configuration;
-use crate::error::AssemblyError;
+use crate::error::{AssemblyError, check_length};
 use crate::patches::VolumePatches;
 use crate::shape::Linear;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
@@ -28,13 +28,7 @@ impl<const D: usize> AssemblyBuilder<D, Linear> {
         bulk: &[f64],
     ) -> Result<Self, AssemblyError> {
         let count = self.elements().len();
-        if bulk.len() != count {
-            return Err(AssemblyError::WrongLength {
-                what: "bulk moduli",
-                found: bulk.len(),
-                expected: count,
-            });
-        }
+        check_length("bulk moduli", bulk.len(), count)?;
         if let Some((index, &factor)) = (0..)
             .zip(bulk)
             .find(|(_, k)| !(**k >= 0.0 && k.is_finite()))

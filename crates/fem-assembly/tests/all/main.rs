@@ -15,6 +15,7 @@ mod own_solution;
 mod promise;
 mod quadratic;
 mod rigid_contact;
+mod sheared_square;
 mod spp_block;
 mod steps;
 mod stop_rule;
