@@ -85,6 +85,18 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
     /// [`CholeskyError`] names the block row that failed; the factor is unusable then until a
     /// `refactor` succeeds.
     pub fn refactor(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
+        self.refill(matrix)?;
+        let regular = self.is_regular(matrix);
+        if regular.is_err() {
+            self.spoil();
+        }
+        regular
+    }
+
+    /// [`refactor`](Self::refactor) that takes pivots of rounding for what they are: for a direction of
+    /// descent, which is tried before it is taken. Far from a solution matrices are as ill-conditioned
+    /// as they like.
+    pub(crate) fn refill(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
         let symbolic = &*self.symbolic;
         check(&symbolic.pattern, matrix, |v| {
             T::from_f64(v).to_f64().is_finite()
@@ -94,14 +106,20 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
             .filter(|&s| symbolic.supernodes[s].parent == super::elimination_tree::NO_PARENT)
             .collect();
         let outcome = task.children(&roots, &mut self.panels, 0);
-        if let Err(error) = outcome.and_then(|_| self.is_regular(matrix)) {
-            self.panels.fill(T::from_f64(f64::NAN));
+        if let Err(error) = outcome {
+            self.spoil();
             return Err(error);
         }
         Ok(())
     }
 
-    fn is_regular(&self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
+    /// No numbers are better than wrong ones.
+    fn spoil(&mut self) {
+        self.panels.fill(T::from_f64(f64::NAN));
+    }
+
+    /// No pivot is rounding.
+    pub(crate) fn is_regular(&self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
         let (share, place) = self.weakest(matrix);
         let (block_row, axis) = (place / D, place % D);
         if share > T::SINGULAR {

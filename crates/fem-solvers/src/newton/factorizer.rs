@@ -30,6 +30,7 @@ impl<const D: usize> Factorizer<D> {
         })
     }
 
+    /// For directions of descent: pivots of rounding are taken.
     pub fn factor(
         &mut self,
         matrix: &BlockSymmetric<D>,
@@ -38,7 +39,7 @@ impl<const D: usize> Factorizer<D> {
         let factor = self
             .factor
             .get_or_insert_with(|| CholeskyFactor::allocate(&symbolic));
-        factor.refactor(matrix)?;
+        factor.refill(matrix)?;
         Ok(factor)
     }
 }

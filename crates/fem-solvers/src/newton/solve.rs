@@ -514,7 +514,9 @@ impl<'d, const D: usize> Newton<'d, D> {
         } = &mut self.workspace;
         let matrix = matrix.as_mut().ok_or(NewtonFailure::NeedsMatrix)?;
         padded::hessian(problem, x, HessianProjection::None, matrix);
-        Ok(factorizer.factor(matrix)?)
+        let factor = factorizer.factor(matrix)?;
+        factor.is_regular(matrix)?;
+        Ok(factor)
     }
 
     /// Solves `K dx = load` with the Hessian `K` at `x`, as a direction of a step is found: to
