@@ -2,9 +2,13 @@
 #![allow(non_snake_case)]
 
 use fem_assembly::mesh::{Orientation, Orphans, SimplexMesh, kuhn_grid};
-use fem_assembly::{AssemblyBuilder, Dofs, FreePart, NodalLoads, RigidMotion, Springs};
+use fem_assembly::{
+    AssemblyBuilder, Dofs, FreePart, NodalLoads, Quasistatic, RigidMotion, Springs,
+};
 use fem_materials::{HessianProjection, Lame, NeoHookean, Space};
-use fem_solvers::{BlockSymmetric, CholeskyError, CholeskyFactor, SymbolicCholesky};
+use fem_solvers::{
+    BlockSymmetric, CholeskyError, CholeskyFactor, Newton, NewtonFailure, SymbolicCholesky,
+};
 use std::sync::Arc;
 
 fn parts(mesh: &SimplexMesh<3>, nodes: &[usize], axes: &[(usize, usize)]) -> Vec<FreePart<3>> {
@@ -184,7 +188,14 @@ fn the_stiffness_of_a_free_body_is_singular_and_is_not_factored_into_numbers() {
                 let at = body.configuration(mesh.nodes(), &[]).unwrap();
                 body.hessian(at, HessianProjection::None, &mut K);
                 let symbolic = Arc::new(SymbolicCholesky::new(body.pattern()));
-                CholeskyFactor::<f64, 3>::factor(&symbolic, &K).err()
+                let error = CholeskyFactor::<f64, 3>::factor(&symbolic, &K).err();
+                // The factor behind derivatives is no other.
+                let problem = Quasistatic::new(&body, mesh.nodes().to_vec(), vec![]).unwrap();
+                let mut newton = Newton::new(&problem);
+                let at_rest = newton.factor_at(&problem, &problem.unknowns()).err();
+                let refused = matches!(at_rest, Some(NewtonFailure::Cholesky(_)));
+                assert_eq!(refused, error.is_some(), "{at_rest:?}");
+                error
             };
             // One node or two leave rotations.
             for held in [&[][..], &[0], &[0, 1]] {
