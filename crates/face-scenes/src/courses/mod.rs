@@ -105,7 +105,7 @@ impl Paper<'_> {
             };
             let filling = course.fill(self.mesh, &self.locator).map_err(|error| {
                 let name = name.clone();
-                let field = format!("[{k}].fibers");
+                let field = format!("[{k}]");
                 SceneError::invalid(path, field, CourseDefect::Course { name, error })
             })?;
             let shares = filling.shares.iter();

@@ -13,7 +13,7 @@ use thiserror::Error;
 pub enum CholeskyError {
     /// The matrix is not positive definite, or too ill-conditioned for the precision of the factor.
     #[error(
-        "not positive definite: the pivot of block row {block_row}, axis {axis}, is not positive"
+        "not positive definite: the pivot of block row {block_row}, axis {axis}, is not positive beyond rounding"
     )]
     NotPositiveDefinite {
         /// Block row of the matrix, in its own numbering.
@@ -86,11 +86,11 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
     /// `refactor` succeeds.
     pub fn refactor(&mut self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
         self.refill(matrix)?;
-        let regular = self.is_regular(matrix);
-        if regular.is_err() {
+        let checked = self.check_pivots(matrix);
+        if checked.is_err() {
             self.spoil();
         }
-        regular
+        checked
     }
 
     /// [`refactor`](Self::refactor) that takes pivots of rounding for what they are: for a direction of
@@ -118,8 +118,8 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         self.panels.fill(T::from_f64(f64::NAN));
     }
 
-    /// No pivot is rounding.
-    pub(crate) fn is_regular(&self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
+    /// Refuses a matrix with a pivot that is all rounding ([`FactorScalar::SINGULAR`]).
+    pub(crate) fn check_pivots(&self, matrix: &BlockSymmetric<D>) -> Result<(), CholeskyError> {
         let (share, place) = self.weakest(matrix);
         let (block_row, axis) = (place / D, place % D);
         if share > T::SINGULAR {

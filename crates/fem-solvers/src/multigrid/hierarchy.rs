@@ -135,7 +135,7 @@ impl<T: LevelScalar, const D: usize, const K: usize> Hierarchy<T, D, K> {
         let level = self.coarse.len() + 1;
         let last = self.coarse.last().map_or(&self.fine.coarse, |l| &l.coarse);
         self.bottom
-            .refactor(last)
+            .refill(last)
             .map_err(|_| PreconditionerError::NegativeCurvature { level })?;
         if self.bottom.weakest_pivot(last) > SINGULAR {
             Ok(())

@@ -515,7 +515,7 @@ impl<'d, const D: usize> Newton<'d, D> {
         let matrix = matrix.as_mut().ok_or(NewtonFailure::NeedsMatrix)?;
         padded::hessian(problem, x, HessianProjection::None, matrix);
         let factor = factorizer.factor(matrix)?;
-        factor.is_regular(matrix)?;
+        factor.check_pivots(matrix)?;
         Ok(factor)
     }
 
