@@ -37,6 +37,8 @@ pub struct CheckReport {
     pub embedded_points: usize,
     /// Vertices of the skin of dense targets.
     pub skin_vertices: usize,
+    /// Those of them that were given the flesh of their neighbors, by their numbers.
+    pub repaired_strays: Vec<u32>,
     /// What acts beside muscles and bones, a sentence each.
     pub influences: Vec<String>,
     /// Targets that are expressions.
@@ -136,6 +138,7 @@ pub fn check(scene: &Scene) -> CheckReport {
         landmarks: scene.landmarks.len(),
         embedded_points: scene.embedding.len(),
         skin_vertices: scene.skin.as_ref().map_or(0, |s| s.points.len()),
+        repaired_strays: scene.repaired_strays.clone(),
         influences: scene.influences.iter().map(|i| i.describe(scene)).collect(),
         expressions: identity(TargetKind::Expression),
         identities: identity(TargetKind::Identity),
@@ -205,6 +208,13 @@ impl fmt::Display for CheckReport {
             "  points     {} landmarks, {} embedded, {} on the skin of dense targets",
             self.landmarks, self.embedded_points, self.skin_vertices
         )?;
+        if !self.repaired_strays.is_empty() {
+            let strays = &self.repaired_strays;
+            writeln!(
+                f,
+                "             given the flesh of their neighbors: {strays:?}"
+            )?;
+        }
         writeln!(
             f,
             "  targets    {} expressions, {} identities",

@@ -2,6 +2,7 @@
 
 use super::alignment::{FAR, Pairs, Suspicion};
 use super::outcome::{LIMIT_SHARE, Outcome, Unfinished, past_limits, possible};
+use super::uncrossed::{prefer_uncrossed, taken_up_again};
 use super::{Scene, Target};
 use face_rig::Stopwatch;
 use face_rig::anatomy::JawJoint;
@@ -64,6 +65,10 @@ pub struct ExpressionFit {
     pub smallest_ratio: f64,
     /// Elements turned inside out.
     pub inverted_tets: usize,
+    /// How deep flesh lies in flesh or solids beyond rest, millimeters, where the scene has contact.
+    pub deepest_contact_mm: Option<f64>,
+    /// Triangles of the skin that pass through others, where the scene has a skin.
+    pub crossing_triangles: Option<usize>,
     /// Every activation, in the scene's order of muscles.
     pub activations: Vec<f64>,
     /// The value of every control of the scene by its name, in its own unit: pascals for a cavity, a
@@ -126,6 +131,10 @@ impl ExpressionFit {
 
 /// Fits one target from the numbers `start`; the rig is left at the result.
 ///
+/// With contact of the flesh a pose can have two shapes, one of them with lips that have passed through
+/// each other. Where the skin of the result crosses itself more than at rest, its pose is solved from
+/// rest as well, and the fit goes on from that shape if it crosses itself less.
+///
 /// # Errors
 /// [`FitError`] for input that cannot be fitted. A fit that stops early is no error here: its
 /// [`Outcome`] says so and the best pose is returned.
@@ -142,7 +151,9 @@ pub fn fit_expression(
     let (begin, before) = (Stopwatch::start(), rig.work());
     let goals = goals(scene, target, seen);
     let fitter = goals.fitter(map, params);
-    let (report, outcome) = ended(fitter.fit(rig, start, observer))?;
+    let first = ended(fitter.fit(rig, start, observer))?;
+    let ended = taken_up_again(rig, &fitter, &goals, first, observer)?;
+    let (report, outcome) = prefer_uncrossed(scene, rig, &fitter, ended, observer)?;
     let FitReport {
         q,
         parameters,
@@ -154,23 +165,26 @@ pub fn fit_expression(
     let shape = rig
         .assembly()
         .positions(&rig.equilibrium().in_cranium_frame);
-    let ratios = shape.and_then(|shape| rig.assembly().volume_ratios(shape));
-    let ratios = ratios.map_err(|error| FitError::Pose(Box::new(error.into())))?;
+    let measured = shape.and_then(|shape| {
+        let assembly = rig.assembly();
+        Ok((
+            assembly.volume_ratios(shape)?,
+            assembly.deepest_contact(shape)?,
+        ))
+    });
+    let measured = measured.map_err(|error| FitError::Pose(Box::new(error.into())));
+    let (ratios, deepest) = measured?;
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
-    let outcome = met(
-        outcome,
-        scene,
-        target,
-        last.map_or(f64::NAN, |i| 1e-3 * i.rms_mm),
-    );
+    let rms = goals.rms(&positions);
+    let outcome = met(outcome, scene, target, rms);
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: goals.counted(),
         alignment: target.alignment,
         rms_before_mm: 1e3 * goals.rms(scene.mesh.nodes()),
-        rms_after_mm: last.map_or(f64::NAN, |i| i.rms_mm),
-        largest_mm: last.map_or(f64::NAN, |i| i.largest_mm),
+        rms_after_mm: 1e3 * rms,
+        largest_mm: 1e3 * goals.largest(&positions),
         iterations: last.map_or(0, |i| i.iteration),
         work: rig.work() - before,
         seconds: begin.elapsed().as_secs_f64(),
@@ -181,6 +195,8 @@ pub fn fit_expression(
         cranium: parameters.cranium,
         smallest_ratio: ratios.iter().copied().fold(f64::INFINITY, f64::min),
         inverted_tets: ratios.iter().filter(|ratio| !(**ratio > 0.0)).count(),
+        deepest_contact_mm: deepest.map(|depth| 1e3 * depth),
+        crossing_triangles: (scene.skin.as_ref()).map(|skin| skin.crossings(&positions)),
         activations: parameters.activations,
         controls: (scene.influences.iter().map(|i| i.name.clone()))
             .zip(parameters.controls)
@@ -192,7 +208,7 @@ pub fn fit_expression(
 }
 
 /// The pose that a fit ended with, and how it did.
-fn ended(fit: Result<FitReport, FitError>) -> Result<(FitReport, Outcome), FitError> {
+pub(super) fn ended(fit: Result<FitReport, FitError>) -> Result<(FitReport, Outcome), FitError> {
     match fit {
         Ok(report) => {
             let stop = report.stop;

@@ -133,6 +133,10 @@ pub struct FilesSpec {
     /// CSV `ict_vertex,tet,w0,w1,w2,w3` (or `vertex,…`): points on the mesh by number.
     #[serde(default)]
     pub embedding: Option<PathBuf>,
+    /// What to do with vertices of the skin that ride on other flesh than what is around them; kept,
+    /// with a warning of `check`, by default.
+    #[serde(default)]
+    pub strays: Strays,
     /// The landmarks.
     #[serde(default)]
     pub landmarks: Option<LandmarksSpec>,
@@ -146,6 +150,17 @@ pub enum Inverted {
     #[default]
     Refuse,
     /// Swap two nodes and count them.
+    Repair,
+}
+
+/// What to do with vertices of the skin of dense targets that ride on other flesh than their neighbors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strays {
+    /// Leave them where the embedding lays them.
+    #[default]
+    Keep,
+    /// Give each the element of the neighbor that carries it best, and count them. At rest nothing moves.
     Repair,
 }
 

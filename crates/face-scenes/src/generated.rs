@@ -2,6 +2,7 @@
 
 use super::contact::{self, Contact, Solid};
 use super::defect::Defect;
+use super::format::Strays;
 use super::load::{Flesh, Place};
 use super::outline::Outline;
 use super::touching::Touching;
@@ -64,6 +65,7 @@ pub(super) fn flesh(
         regions: regions(material),
         region_of_tet: face.tissue.iter().map(|&t| t as u32).collect(),
         embedding: BTreeMap::new(),
+        strays: Strays::Keep,
         landmarks: landmarks.collect(),
         skin: Some(Skin::of_nodes(&mesh, &skin_triangles)),
         contact: contact(lips).map_err(|e| refuse(e.into()))?,

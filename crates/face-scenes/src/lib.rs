@@ -90,6 +90,8 @@
 //!   `sphere`, `capsule`, `box` or `half_space`.
 //! * `targets.align`: true lays the targets over the face by a motion with scale
 //!   ([`TargetsSpec::align`]).
+//! * `face.files.strays`: `"repair"` gives vertices of the skin that the embedding lays on other flesh than
+//!   what is around them, as of one lip on the other, an element of a neighbor ([`Strays`]).
 //! * Without `embedding`, landmarks are placed by their positions at rest.
 //!
 //! # What is drawn as lines
@@ -176,6 +178,7 @@ mod assembly;
 mod check;
 mod contact;
 mod courses;
+mod crossings;
 mod distance;
 mod error;
 mod expression;
@@ -196,6 +199,7 @@ mod strays;
 mod table;
 mod targets;
 mod touching;
+mod uncrossed;
 mod warning;
 
 pub use alignment::Suspicion;
@@ -205,12 +209,13 @@ pub use courses::{
     CourseSpec, DrawnMuscle, DrawnRegion, Ligament, LigamentSpec, OverSpec, OwnFibers,
     OwnFibersSpec, PlaceOnFace, PointSpec,
 };
+pub use crossings::crossing_triangles;
 pub use error::SceneError;
 pub use expression::{DenseError, ExpressionFit, JawPose, Observed, fit_expression};
 pub use format::{
     BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inversion,
     Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, MusclesSpec, NamesSpec, PathSpec,
-    RegionSpec, RegionsSpec, SceneFile, TargetsSpec, Volume,
+    RegionSpec, RegionsSpec, SceneFile, Strays, TargetsSpec, Volume,
 };
 pub use influences::{
     BoxSpec, CavitySpec, ClosureSpec, Influence, InfluenceKind, LabelsSpec, LoadSpec, MotionSpec,
@@ -271,6 +276,9 @@ pub struct Scene {
     pub contact: Contact,
     /// Points on the mesh, by number.
     pub embedding: BTreeMap<u32, EmbeddedPoint>,
+    /// The numbers of those that were given the flesh of their neighbors on the skin
+    /// ([`Strays::Repair`]).
+    pub repaired_strays: Vec<u32>,
     /// The landmarks, ascending by index.
     pub landmarks: Vec<Landmark>,
     /// The skin: of dense targets, or of the built-in face.
@@ -306,6 +314,13 @@ pub struct Skin {
 }
 
 impl Skin {
+    /// How many of its triangles pass through others when the nodes of the mesh are at `x`
+    /// ([`crossing_triangles`]).
+    pub fn crossings(&self, x: &[[f64; 3]]) -> usize {
+        let at: Vec<[f64; 3]> = self.points.iter().map(|p| p.position(x)).collect();
+        crossing_triangles(&at, &self.triangles).len()
+    }
+
     /// A surface whose vertices are nodes of the mesh, in their order.
     ///
     /// # Panics

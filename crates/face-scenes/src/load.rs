@@ -1,16 +1,16 @@
 //! From a scene file to plain data: the flesh, its bones and what it is made of.
 
 use super::courses::{DrawnRegion, Ligament, OwnFibers, Paper};
-use super::defect::{Defect, FleshDefect, Location};
+use super::defect::{Defect, FleshDefect, Location, TargetDefect};
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec, JointSpec,
-    PathSpec, RegionsSpec, SceneFile, Volume,
+    PathSpec, RegionsSpec, SceneFile, Strays, Volume,
 };
 use super::influences::{self, Ground};
 use super::material::{Fibers, NamedMaterial, Region, SceneMaterial};
 use super::touching::SkinOf;
 use super::{
-    Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
+    Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, strays, targets,
 };
 use face_rig::anatomy::{
     Bone, Bones, CondylarPath, EmbeddedPoint, FiberField, JawHinge, JawJoint, JointError,
@@ -50,6 +50,7 @@ pub(super) struct Flesh {
     pub regions: Vec<Region>,
     pub region_of_tet: Vec<u32>,
     pub embedding: BTreeMap<u32, EmbeddedPoint>,
+    pub strays: Strays,
     pub landmarks: Vec<Landmark>,
     pub skin: Option<Skin>,
     pub contact: Contact,
@@ -65,12 +66,12 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
         path,
         scale: file.scale,
     };
-    let (flesh, mesh_file) = flesh(&place, &file)?;
+    let (mut flesh, mesh_file) = flesh(&place, &file)?;
     let name = match file.name.as_str() {
         "" => path.file_stem().unwrap_or_default().to_string_lossy(),
         name => name.into(),
     };
-    let (skin, targets) = match &file.targets {
+    let (mut skin, targets) = match &file.targets {
         Some(spec) => targets::load(
             &place,
             spec,
@@ -79,6 +80,10 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
             &flesh.embedding,
         )?,
         None => (None, Vec::new()),
+    };
+    let repaired_strays = match flesh.strays {
+        Strays::Keep => Vec::new(),
+        Strays::Repair => flesh.repair_strays(&place, skin.as_mut())?,
     };
     let ground = Ground {
         mesh: &flesh.mesh,
@@ -90,6 +95,7 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
     let influences = influences::load(&place, &file, &ground, mesh_file.as_ref())?;
     let ligaments = ligaments(&place, &file, &flesh)?;
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
+    scene.repaired_strays = repaired_strays;
     scene.influences = influences;
     scene.ligaments = ligaments;
     scene.path = path.to_path_buf();
@@ -152,6 +158,22 @@ fn flesh(place: &Place, file: &SceneFile) -> Result<(Flesh, Option<MeshFile>), S
 }
 
 impl Flesh {
+    /// The numbers of vertices that were given other flesh.
+    fn repair_strays(
+        &mut self,
+        place: &Place,
+        skin: Option<&mut Skin>,
+    ) -> Result<Vec<u32>, SceneError> {
+        let Some(skin) = skin else {
+            return Err(place.field("face.files.strays", TargetDefect::StraysWithoutSkin));
+        };
+        let named = strays::Named {
+            embedding: &mut self.embedding,
+            landmarks: &mut self.landmarks,
+        };
+        Ok(strays::repair(skin, self.mesh.nodes(), named))
+    }
+
     /// The scene without targets.
     pub fn scene(self, name: String, fibers: Fibers) -> Scene {
         Scene {
@@ -173,6 +195,7 @@ impl Flesh {
             inversion: Inversion::default(),
             contact: self.contact,
             embedding: self.embedding,
+            repaired_strays: Vec::new(),
             landmarks: self.landmarks,
             skin: self.skin,
             targets: Vec::new(),
@@ -223,6 +246,7 @@ fn from_files(
         regions,
         region_of_tet,
         embedding,
+        strays: files.strays,
         landmarks,
         skin: None,
         contact: Contact::default(),

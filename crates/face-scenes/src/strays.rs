@@ -1,25 +1,22 @@
 //! Vertices of a skin that ride on other flesh than what is around them.
 
-use super::Skin;
 use super::distance::distance;
+use super::{Landmark, Skin};
 use fem_assembly::mesh::EmbeddedPoint;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How near a neighbor must be to ride on flesh next to a vertex's own, as a share of the shortest edge
 /// of the element that carries the vertex.
 const NEAR: f64 = 0.5;
 /// Of how many near neighbors on something is said.
 const ENOUGH: usize = 3;
+/// A vertex further outside an element than this has no place on it, as in the embedding's table.
+const OUTSIDE: f64 = -1.0;
 
 /// The vertices of a skin whose element shares no node with the elements of most of their near
 /// neighbors: an upper lip that carries a point of the lower one, say. `rest` are the nodes' places.
 pub(super) fn strays(skin: &Skin, rest: &[[f64; 3]]) -> Vec<u32> {
-    let mut neighbors = vec![BTreeSet::new(); skin.points.len()];
-    for &[a, b, c] in &skin.triangles {
-        for (v, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-            neighbors[v as usize].extend(others);
-        }
-    }
+    let neighbors = neighbors(skin);
     let strays = |&v: &u32| {
         let own = &skin.points[v as usize];
         let reach = NEAR * shortest_edge(own, rest);
@@ -35,6 +32,59 @@ pub(super) fn strays(skin: &Skin, rest: &[[f64; 3]]) -> Vec<u32> {
         near.len() >= ENOUGH && 2 * near.iter().filter(apart).count() > near.len()
     };
     (0..skin.points.len() as u32).filter(strays).collect()
+}
+
+/// Points of a face that are known by more than their place on the skin.
+pub(super) struct Named<'a> {
+    pub embedding: &'a mut BTreeMap<u32, EmbeddedPoint>,
+    pub landmarks: &'a mut [Landmark],
+}
+
+/// Gives each stray the element of a neighbor, the one that it lies deepest in or least outside of; at
+/// rest it stays where it is. Their numbers in the embedding; one without such a neighbor stays a stray.
+pub(super) fn repair(skin: &mut Skin, rest: &[[f64; 3]], named: Named) -> Vec<u32> {
+    let strays = strays(skin, rest);
+    let neighbors = neighbors(skin);
+    let mut mended = Vec::new();
+    for &v in &strays {
+        let place = skin.points[v as usize].position(rest);
+        let around = neighbors[v as usize].iter();
+        let around = around.filter(|n| strays.binary_search(n).is_err());
+        let on = |n: &u32| EmbeddedPoint::at(skin.points[*n as usize].nodes, rest, place);
+        let best = around
+            .filter_map(on)
+            .filter(|p| depth(p) >= OUTSIDE)
+            .max_by(|a, b| depth(a).total_cmp(&depth(b)));
+        mended.extend(best.map(|point| (v, point)));
+    }
+    let mut numbers = BTreeSet::new();
+    for (v, point) in mended {
+        let old = std::mem::replace(&mut skin.points[v as usize], point);
+        for (number, known) in named.embedding.iter_mut().filter(|(_, p)| **p == old) {
+            *known = point;
+            numbers.insert(*number);
+        }
+        for landmark in named.landmarks.iter_mut().filter(|l| l.point == old) {
+            landmark.point = point;
+        }
+    }
+    numbers.into_iter().collect()
+}
+
+/// The least weight: how deep a point lies in its element, or how far outside.
+fn depth(point: &EmbeddedPoint) -> f64 {
+    point.weights.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The vertices with which each one shares an edge.
+fn neighbors(skin: &Skin) -> Vec<BTreeSet<u32>> {
+    let mut neighbors = vec![BTreeSet::new(); skin.points.len()];
+    for &[a, b, c] in &skin.triangles {
+        for (v, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+            neighbors[v as usize].extend(others);
+        }
+    }
+    neighbors
 }
 
 fn shortest_edge(point: &EmbeddedPoint, rest: &[[f64; 3]]) -> f64 {
@@ -77,6 +127,33 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
         };
         (rest, skin)
+    }
+
+    #[test]
+    fn a_stray_is_given_the_flesh_of_its_neighbors_and_stays_where_it_is() {
+        let (rest, mut skin) = lips();
+        let good = skin.points[0];
+        let place = good.position(&rest);
+        let stray = EmbeddedPoint::at([4, 5, 6, 7], &rest, place).expect("a tetrahedron");
+        skin.points[0] = stray;
+        let mut embedding = BTreeMap::from([(70, skin.points[1]), (71, stray)]);
+        let mut landmarks = [(48, stray), (49, skin.points[2])].map(|(index, point)| Landmark {
+            index,
+            vertex: 71,
+            point,
+        });
+        let named = Named {
+            embedding: &mut embedding,
+            landmarks: &mut landmarks,
+        };
+        assert_eq!(repair(&mut skin, &rest, named), [71]);
+        assert_eq!(skin.points[0].nodes, good.nodes);
+        assert!(distance(skin.points[0].position(&rest), place) < 1e-14);
+        assert_eq!(embedding[&71], skin.points[0]);
+        assert_eq!(embedding[&70], skin.points[1]);
+        let points = landmarks.map(|l| l.point);
+        assert_eq!(points, [skin.points[0], skin.points[2]]);
+        assert_eq!(strays(&skin, &rest), [0_u32; 0]);
     }
 
     #[test]

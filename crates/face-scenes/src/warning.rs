@@ -169,7 +169,7 @@ impl fmt::Display for Warning {
                 f,
                 "vertices of the skin ({}) ride on tets that share no node with those of their nearest \
                  neighbors, as of one lip on the other: the skin crosses itself there when the two move \
-                 apart; give them tets of their neighbors in the embedding",
+                 apart; \"strays\": \"repair\" in face.files gives them tets of their neighbors",
                 first_of(vertices)
             ),
             Self::Landmarks { landmarks } => {

@@ -25,6 +25,22 @@ impl<const D: usize> Assembly<D> {
         Ok((0..self.elements.len()).map(of).collect())
     }
 
+    /// How deep flesh lies in other flesh or in a solid, beyond rest, meters; `None` where nothing
+    /// touches anything. Of other flesh only what is near as the stencils know it is looked at.
+    ///
+    /// # Errors
+    /// When an assembly of another number of nodes made the positions.
+    pub fn deepest_contact<'a>(
+        &self,
+        at: impl Into<Positions<'a, D>>,
+    ) -> Result<Option<f64>, AssemblyError> {
+        let at = at.into();
+        self.check_positions(at)?;
+        let depths = self.summands.iter();
+        let depths = depths.filter_map(|s| s.term.deepest_contact(at.as_slice()));
+        Ok(depths.reduce(f64::max))
+    }
+
     /// F = Σₐ xₐ ∇Nₐᵀ at each quadrature point of an element; D_s D_m⁻¹ at the one of a linear one.
     ///
     /// # Errors

@@ -131,6 +131,12 @@ pub trait Term<const D: usize>: Send + Sync {
         None
     }
 
+    /// How deep flesh lies in what the term keeps it out of, meters, 0 where nowhere; `None` of a term
+    /// that keeps nothing out.
+    fn deepest_contact(&self, _positions: &[[f64; D]]) -> Option<f64> {
+        None
+    }
+
     /// The mesh element that a stencil belongs to, if any: errors name it.
     fn element(&self, _stencil: usize) -> Option<usize> {
         None

@@ -309,8 +309,8 @@ fn aligned(fit: &ExpressionFit) -> Option<String> {
 pub fn table(fits: &[ExpressionFit]) -> String {
     let mut text = String::from(
         "| target | RMS before (mm) | RMS after (mm) | left | dense left | steps | seconds | jaw (deg) | protrusion (mm) \
-         | lateral (mm) | yaw (deg) | condyles off (mm) | inverted tets | end |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|\n",
+         | lateral (mm) | yaw (deg) | condyles off (mm) | crossing triangles | deepest contact (mm) | inverted tets | end |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|\n",
     );
     for f in fits {
         let end = match &f.outcome {
@@ -326,8 +326,13 @@ pub fn table(fits: &[ExpressionFit]) -> String {
         let dense = dense.map_or(String::new(), |d| {
             format!("{:.0} %", 100.0 * d.rms_after_mm / d.rms_before_mm)
         });
+        let crossing = f
+            .crossing_triangles
+            .map_or(String::new(), |n| n.to_string());
+        let deepest = f.deepest_contact_mm;
+        let deepest = deepest.map_or(String::new(), |mm| format!("{mm:.2}"));
         text += &format!(
-            "| {} | {:.2} | {:.2} | {:.0} % | {dense} | {} | {:.2} | {:.1} | {:.1} | {:.1} | {:.1} | {off} | {} | {end} |\n",
+            "| {} | {:.2} | {:.2} | {:.0} % | {dense} | {} | {:.2} | {:.1} | {:.1} | {:.1} | {:.1} | {off} | {crossing} | {deepest} | {} | {end} |\n",
             f.name,
             f.rms_before_mm,
             f.rms_after_mm,

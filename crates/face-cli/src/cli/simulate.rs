@@ -83,6 +83,10 @@ struct Found {
     smallest: f64,
     /// Elements turned inside out.
     inverted: usize,
+    /// How deep flesh lies in what it touches, millimeters; none without contact.
+    deepest_contact_mm: Option<f64>,
+    /// Triangles of the skin that cross others; none without a skin.
+    crossing: Option<usize>,
     /// Joules.
     energy: f64,
     /// On the jaw, newton meters.
@@ -96,24 +100,26 @@ impl Found {
         parameters: &Parameters,
         positions: &[[f64; 3]],
     ) -> Result<Self, Failure> {
-        let shape = rig.assembly().positions(positions);
-        let ratios = rig.assembly().volume_ratios(shape.map_err(RigError::from)?);
-        let ratios = ratios.map_err(RigError::from)?;
+        let assembly = rig.assembly();
+        let shape = assembly.positions(positions).map_err(RigError::from)?;
+        let ratios = assembly.volume_ratios(shape).map_err(RigError::from)?;
         let moved = positions
             .iter()
             .zip(scene.mesh.nodes())
             .map(|(x, r)| (0..3).map(|i| (x[i] - r[i]).powi(2)).sum::<f64>().sqrt());
         let controls = rig.energy_controls(parameters);
         let equilibrium = rig.equilibrium();
-        let at = rig
-            .assembly()
+        let at = assembly
             .configuration(&equilibrium.in_cranium_frame, &controls)
             .map_err(RigError::from)?;
+        let deepest = assembly.deepest_contact(at).map_err(RigError::from)?;
         Ok(Self {
             largest_mm: 1e3 * moved.fold(0.0, f64::max),
             smallest: ratios.iter().copied().fold(f64::INFINITY, f64::min),
             inverted: ratios.iter().filter(|j| !(**j > 0.0)).count(),
-            energy: rig.assembly().energy(at),
+            deepest_contact_mm: deepest.map(|depth| 1e3 * depth),
+            crossing: scene.skin.as_ref().map(|skin| skin.crossings(positions)),
+            energy: assembly.energy(at),
             torques: torques_by_name(scene, &scene.jaw_torques(equilibrium)?),
         })
     }
@@ -128,6 +134,7 @@ impl Found {
             "factorizations": work.factorizations, "linear_iterations": work.linear_iterations,
             "evaluations": work.evaluations,
             "smallest_det_F": self.smallest, "inverted_tets": self.inverted,
+            "crossing_triangles": self.crossing, "deepest_contact_mm": self.deepest_contact_mm,
             "largest_displacement_mm": self.largest_mm,
         })
     }

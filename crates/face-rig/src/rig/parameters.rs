@@ -53,8 +53,10 @@ impl Parameters {
         })
     }
 
-    /// (1 − t) self + t other, number by number.
-    pub(super) fn toward(&self, other: &Self, t: f64) -> Self {
+    /// (1 − t) self + t other, number by number, as far as both have them: a pose on the way, whose bones
+    /// are not rigid in between.
+    #[must_use]
+    pub fn toward(&self, other: &Self, t: f64) -> Self {
         let mix = |a: &[f64], b: &[f64]| -> Vec<f64> {
             a.iter().zip(b).map(|(a, b)| a + t * (b - a)).collect()
         };

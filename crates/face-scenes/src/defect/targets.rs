@@ -73,6 +73,12 @@ pub enum TargetDefect {
     /// Targets of a face without landmarks.
     #[error("targets need landmarks; add \"landmarks\" to the face")]
     NoLandmarks,
+    /// Strays are to be repaired, and there is no skin to look at.
+    #[error(
+        "\"repair\" needs the skin of dense targets, which says what lies around a vertex; add \
+         \"dense\" to the targets or leave \"strays\" out"
+    )]
+    StraysWithoutSkin,
     /// No target gives the landmarks at rest.
     #[error("no rows of target \"{target}\", which gives the landmarks at rest")]
     NoRest {

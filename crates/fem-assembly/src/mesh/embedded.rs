@@ -19,6 +19,28 @@ impl EmbeddedPoint {
         }
     }
 
+    /// The point at `p` on the tetrahedron of `nodes`, whose places are `rest`; far outside it the weights
+    /// are large. `None` where the tetrahedron has no volume, a node is not in `rest` or a number is not
+    /// finite.
+    pub fn at(nodes: [u32; 4], rest: &[[f64; 3]], p: [f64; 3]) -> Option<Self> {
+        let mut corners = [[0.0; 3]; 4];
+        for (corner, n) in corners.iter_mut().zip(nodes) {
+            *corner = *rest.get(n as usize)?;
+        }
+        let from = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] - corners[0][i]) };
+        let [b, c, d, p] = [corners[1], corners[2], corners[3], p].map(from);
+        let volume = triple(b, c, d);
+        let others = [triple(p, c, d), triple(b, p, d), triple(b, c, p)].map(|v| v / volume);
+        let weights = [
+            1.0 - others[0] - others[1] - others[2],
+            others[0],
+            others[1],
+            others[2],
+        ];
+        let finite = weights.iter().all(|w| w.is_finite());
+        finite.then_some(Self { nodes, weights })
+    }
+
     /// Where the point is when the mesh's nodes are at `x`, meters: at rest with those of the mesh.
     /// `x` has one entry per node; without one for a node of the point, as of a point of another mesh,
     /// its place is NaN, which fails every comparison that accepts something.
@@ -29,6 +51,13 @@ impl EmbeddedPoint {
         let [p, q, r, s] = self.weights;
         std::array::from_fn(|i| p * a[i] + q * b[i] + r * c[i] + s * d[i])
     }
+}
+
+/// a · (b × c).
+fn triple(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
 #[cfg(test)]
@@ -51,6 +80,26 @@ mod tests {
         }
         let place = inside.position(&mesh.nodes()[..7]);
         assert!(place.iter().all(|c| c.is_nan()), "{place:?}");
+    }
+
+    #[test]
+    fn a_place_has_weights_inside_and_outside() {
+        let mesh = kuhn_grid(1, 1, 1, [1.0, 2.0, 3.0]).expect("a grid");
+        for weights in [[0.4, 0.3, 0.5, -0.2], [0.0, 0.0, 1.0, 0.0]] {
+            let nodes = mesh.tet(3);
+            let place = EmbeddedPoint { nodes, weights }.position(mesh.nodes());
+            let found = EmbeddedPoint::at(nodes, mesh.nodes(), place).expect("a tetrahedron");
+            let off = |k: usize| (found.weights[k] - weights[k]).abs();
+            assert!((0..4).all(|k| off(k) < 1e-14), "{found:?}");
+        }
+        let flat = [0, 1, 1, 2];
+        assert_eq!(EmbeddedPoint::at(flat, mesh.nodes(), [0.5; 3]), None);
+        assert_eq!(
+            EmbeddedPoint::at([0, 1, 2, 8], mesh.nodes(), [0.5; 3]),
+            None
+        );
+        let nowhere = [f64::NAN, 0.0, 0.0];
+        assert_eq!(EmbeddedPoint::at(mesh.tet(0), mesh.nodes(), nowhere), None);
     }
 
     #[test]

@@ -166,6 +166,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     fn cost(&self) -> StencilCost {
         self.term.cost()
     }
+    fn deepest_contact(&self, positions: &[[f64; D]]) -> Option<f64> {
+        self.term.deepest_contact(positions)
+    }
     fn idle_without(&self, stencil: usize) -> Option<usize> {
         self.term.idle_without(stencil)
     }

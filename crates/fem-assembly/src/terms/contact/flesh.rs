@@ -359,6 +359,9 @@ impl Term<3> for FleshContact {
     fn changes(&self) -> bool {
         true
     }
+    fn deepest_contact(&self, positions: &[[f64; 3]]) -> Option<f64> {
+        self.deepest(positions).ok()
+    }
     fn forget(&mut self) {
         self.forgets = true;
     }

@@ -447,6 +447,9 @@ impl Term<3> for RigidContact {
     fn one_sided(&self) -> bool {
         true
     }
+    fn deepest_contact(&self, positions: &[[f64; 3]]) -> Option<f64> {
+        self.deepest(positions).ok()
+    }
     fn largest_step(
         &self,
         at: Configuration<3>,

@@ -1,0 +1,167 @@
+//! A pose with two shapes: the one whose skin does not pass through itself is taken.
+
+use super::*;
+use crate::uncrossed::taken_up_again;
+use face_rig::anatomy::Bones;
+use face_rig::fit::{
+    CraniumModel, FitIteration, FitParams, FitReport, Goals, JawModel, Parametrization,
+};
+use face_rig::rig::{Equilibrium, RigParams};
+use fem_assembly::FleshContactParams;
+
+/// How far the jaw brings the lower block up, and what lies between the blocks at rest, meters.
+const RISE: f64 = 5e-3;
+const SLIT: f64 = 2e-3;
+
+/// A block on the cranium, and under it a narrower one on the jaw; they touch.
+fn two_blocks() -> Scene {
+    let mut scene = Files::new().load().expect("a sound scene");
+    let upper = kuhn_grid(3, 3, 3, [0.024, 0.012, 0.024]).expect("a grid");
+    let lower = kuhn_grid(2, 3, 2, [0.009, 0.012, 0.009]).expect("a grid");
+    let above = upper.nodes().iter().map(|&[x, y, z]| [x, y + SLIT, z]);
+    let below = |&[x, y, z]: &[f64; 3]| [x + 0.0075, y - 0.012, z + 0.0075];
+    let nodes: Vec<[f64; 3]> = above.chain(lower.nodes().iter().map(below)).collect();
+    let count = upper.num_nodes() as u32;
+    let tets = upper
+        .tets()
+        .chain(lower.tets().map(|t| t.map(|n| n + count)));
+    let tets: Vec<u32> = tets.flatten().collect();
+    let holds = |&[_, y, _]: &[f64; 3]| match y {
+        y if y > 0.0139 => Bone::Cranium,
+        y if y < -0.0119 => Bone::Jaw,
+        _ => Bone::Free,
+    };
+    scene.bones = Bones::new(nodes.iter().map(holds).collect());
+    scene.region_of_tet = vec![0; tets.len() / 4];
+    scene.mesh = SimplexMesh::new(nodes, tets).expect("two blocks");
+    scene.muscles = Vec::new();
+    scene.fiber_field = FiberField::default();
+    scene.embedding = BTreeMap::new();
+    scene.landmarks = Vec::new();
+    scene.skin = Some(Skin::of_nodes(&scene.mesh, &scene.mesh.boundary().faces));
+    scene.contact.flesh = Some(FleshContactParams {
+        activation: 3e-4,
+        pressure: 3e5,
+        depth: 1e-3,
+        margin: 5e-4,
+        ..FleshContactParams::default()
+    });
+    scene
+}
+
+fn shut(scene: &Scene) -> Target {
+    let goal = |&n: &u32| {
+        let [x, y, z] = scene.mesh.node(n);
+        face_rig::fit::Goal {
+            point: EmbeddedPoint::node(n),
+            position: [x, y + RISE, z],
+            weight: 1.0,
+        }
+    };
+    Target {
+        name: "shut".into(),
+        kind: TargetKind::Expression,
+        landmarks: scene.bones.jaw.iter().map(goal).collect(),
+        dense: None,
+        jaw_truth: None,
+        alignment: None,
+    }
+}
+
+/// The jaw moves as a rigid body.
+fn rigid(scene: &Scene) -> Parametrization {
+    let point = scene.joint.hinge().point();
+    Parametrization::of_all(0, CraniumModel::Fixed, JawModel::Rigid { point })
+}
+
+#[test]
+fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
+    let scene = two_blocks();
+    let (target, map, params) = (shut(&scene), rigid(&scene), FitParams::default());
+    let goals: Goals = target.landmarks.iter().copied().collect();
+    let fitter = goals.fitter(&map, &params);
+    let mut rig = scene.rig(RigParams::default()).expect("a rig");
+    let rest = rig.equilibrium().positions();
+    // What a fit tells of its last step, and the distance of the shape that it leaves.
+    for (share, goes_on) in [(1.0, false), (0.9, true)] {
+        let told = 1e3 * share * goals.rms(&rest);
+        let stuck = FitIteration {
+            iteration: 3,
+            rms_mm: told,
+            largest_mm: told,
+            cost: 1.0,
+            step: 1.0,
+            damping: 1e5,
+            activations_at_bounds: 0,
+            seconds: 1.0,
+        };
+        let report = FitReport {
+            q: map.rest(),
+            parameters: map.parameters(&map.rest()).expect("a pose"),
+            iterations: vec![stuck],
+            stop: None,
+            positions: rest.clone(),
+        };
+        let first = (report, Outcome::NotConverged(Unfinished::Steps(3)));
+        let ended = taken_up_again(&mut rig, &fitter, &goals, first, &mut |_| {});
+        let (report, outcome) = ended.expect("a fit");
+        let converged = matches!(outcome, Outcome::Converged(_));
+        assert_eq!(converged, goes_on, "{outcome:?}");
+        assert_eq!(report.iterations[0], stuck);
+        let numbers = report.iterations.iter().map(|step| step.iteration);
+        assert!(numbers.eq(3..3 + report.iterations.len()));
+        assert_eq!(goals.rms(&report.positions) < 1e-5, goes_on);
+    }
+}
+
+#[test]
+fn lips_that_have_passed_through_each_other_are_brought_back() {
+    let scene = two_blocks();
+    let (target, map) = (shut(&scene), rigid(&scene));
+    let mut start = map.rest();
+    let up = map.jaw_start() + 4;
+    start[up] = RISE;
+    let parameters = map.parameters(&start).expect("a pose");
+    assert_eq!(parameters.jaw.translation, [0.0, RISE, 0.0]);
+
+    // The lower block inside the upper one, deeper than anything pushes.
+    let mut passed = scene.mesh.nodes().to_vec();
+    let lower = passed.iter_mut().filter(|x| x[1] < 0.5 * SLIT);
+    lower.for_each(|x| x[1] += RISE);
+    let skin = scene.skin.as_ref().expect("a skin");
+    assert!(skin.crossings(&passed) > 10, "{}", skin.crossings(&passed));
+    let mut rig = scene.rig(RigParams::default()).expect("a rig");
+    let wrong = Equilibrium {
+        parameters: parameters.clone(),
+        in_cranium_frame: passed.clone(),
+    };
+    rig.start_from(wrong).expect("a shape");
+    let stays = rig.solve(&parameters).expect("an equilibrium").positions();
+    assert_eq!(skin.crossings(&stays), skin.crossings(&passed));
+
+    let fit = fit_expression(
+        &scene,
+        &mut rig,
+        &target,
+        Observed::Landmarks,
+        &map,
+        &FitParams::default(),
+        &start,
+        &mut |_| {},
+    )
+    .expect("a fit");
+    // The blocks have no joint, of which the jaw is taken to have left it.
+    assert!(
+        matches!(fit.outcome, Outcome::Impossible(_)),
+        "{:?}",
+        fit.outcome
+    );
+    assert!(fit.rms_after_mm < 1e-3, "{}", fit.rms_after_mm);
+    assert_eq!(fit.crossing_triangles, Some(0));
+    let deepest = fit.deepest_contact_mm.expect("contact");
+    assert!(deepest < 0.3, "{deepest}");
+    assert_eq!(rig.equilibrium().positions(), fit.positions);
+    // A start that is taken again is no step.
+    let numbers = fit.history.iter().map(|step| step.iteration);
+    assert!(numbers.eq(0..fit.history.len()), "{:?}", fit.history);
+}
