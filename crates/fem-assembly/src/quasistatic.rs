@@ -65,12 +65,13 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
             assembly,
             positions,
             controls,
-            merit: Merit::Energy,
+            merit: assembly.merit,
         }
     }
 
     /// The same with another measure of progress: [`Merit::ResidualNorm`] for a stress that is no
-    /// energy's gradient, such as [`Thresholded`](fem_materials::inversion::Thresholded).
+    /// energy's gradient, such as [`Thresholded`](fem_materials::inversion::Thresholded). Materials of
+    /// [`AssemblyBuilder::thresholded`](crate::AssemblyBuilder::thresholded) have it already.
     #[must_use]
     pub fn with_merit(self, merit: Merit) -> Self {
         Self { merit, ..self }

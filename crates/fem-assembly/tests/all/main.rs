@@ -21,3 +21,4 @@ mod steps;
 mod stop_rule;
 mod symmetry_planes;
 mod terms;
+mod thresholded;
