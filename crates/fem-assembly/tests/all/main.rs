@@ -22,3 +22,4 @@ mod stop_rule;
 mod symmetry_planes;
 mod terms;
 mod thresholded;
+mod unheld;
