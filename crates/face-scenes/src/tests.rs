@@ -3,11 +3,11 @@
 use super::*;
 use face_rig::anatomy::{Bone, Side};
 use fem_assembly::mesh::{DataArray, MeshFile, kuhn_grid};
-use std::fs;
-use std::path::Path;
+use std::{fs, path::Path};
 
 mod course_tests;
 mod defect_tests;
+mod document_tests;
 mod hostile_tests;
 mod influence_tests;
 mod joint_tests;

@@ -32,6 +32,11 @@ pub enum LinearSolver {
     Auto,
 }
 
+impl LinearSolver {
+    /// Most unknowns of [`LinearSolver::QrLeastSquares`].
+    pub const LARGEST_QR: usize = 3_000;
+}
+
 /// Which preconditioner conjugate gradients use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
