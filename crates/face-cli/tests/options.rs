@@ -310,6 +310,18 @@ fn every_option_of_a_fit_does_what_the_library_does_with_it() {
         (code, &stopped["results"]["fits"][0]["iterations"]),
         (Some(1), &Value::from(1))
     );
+    // Weights of orthogonality stand in the scene, and the option replaces them.
+    let text = std::fs::read_to_string(at.join("scene.json")).unwrap();
+    let weights = r#""fit": { "orthogonality": { "jaw_mm2": 0 } }, "material""#;
+    let weighed = text.replacen("\"material\"", weights, 1);
+    std::fs::write(at.join("scene.json"), weighed).unwrap();
+    for (mm2, option) in [(0.0, &[][..]), (1e4, &["--orthogonality", "1e4"])] {
+        let mut fit = Fit::default_of(&scene);
+        fit.jaw = JawModel::Affine;
+        fit.params.orthogonality.jaw = 1e-6 * mm2;
+        let options = [&one[..], &["--jaw", "affine"], option].concat();
+        assert_eq!(fits(at, &options), [fit.of_first(&scene)], "{option:?}");
+    }
 }
 
 #[test]

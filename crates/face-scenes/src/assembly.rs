@@ -7,7 +7,7 @@ use super::{Ligament, Scene, SceneError};
 use face_rig::anatomy::{Bone, FiberEntry, Share};
 use fem_assembly::{Assembly, AssemblyBuilder, AssemblyError, Dofs, Fiber, VolumePatches};
 use fem_materials::curves::{Blemker, CurveError, Ends, PhysBam, Spline, SplineCurve, Tendon};
-use fem_materials::inversion::VolumeBarrier;
+use fem_materials::inversion::{Threshold, VolumeBarrier};
 use fem_materials::registry::ModelError;
 use fem_materials::{FiberLaw, Lame, Stretch};
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ impl Scene {
         let dofs =
             Dofs::new(self.mesh.nodes(), &prescribed, &self.moved_axes()).map_err(in_mesh)?;
         let builder = AssemblyBuilder::new(&self.mesh, dofs).map_err(in_mesh)?;
-        let builder = self.with_flesh(builder)?;
+        let builder = self.thresholded(builder, |builder| self.with_flesh(builder))?;
         let touching = self
             .contact
             .add_to(builder, &self.mesh, &self.bones, &self.embedding);
@@ -158,11 +158,35 @@ impl Scene {
             stretch: Stretch::Total,
         };
         let count = self.muscles.len();
-        builder.fibers(law, count, &fibers).map_err(in_mesh)
+        self.thresholded(builder, |builder| {
+            builder.fibers(law, count, &fibers).map_err(in_mesh)
+        })
+    }
+
+    /// Adds what `add` adds, its stretches held above the scene's threshold where there is one.
+    fn thresholded(
+        &self,
+        builder: AssemblyBuilder<3>,
+        add: impl FnOnce(AssemblyBuilder<3>) -> Result<AssemblyBuilder<3>, Refusal>,
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
+        let Inversion::Thresholded(threshold) = self.inversion else {
+            return add(builder);
+        };
+        let threshold = Threshold::new(threshold);
+        let threshold = threshold.map_err(|e| refusal("inversion", MaterialDefect::from(e)))?;
+        builder.thresholded(threshold, add)
     }
 
     /// Adds fibers with the scene's curve.
     pub(crate) fn with_fibers(
+        &self,
+        builder: AssemblyBuilder<3>,
+        fibers: &[Fiber],
+    ) -> Result<AssemblyBuilder<3>, Refusal> {
+        self.thresholded(builder, |builder| self.with_plain_fibers(builder, fibers))
+    }
+
+    fn with_plain_fibers(
         &self,
         builder: AssemblyBuilder<3>,
         fibers: &[Fiber],

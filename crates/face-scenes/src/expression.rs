@@ -10,6 +10,7 @@ use face_rig::fit::{
     FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization, Similarity,
 };
 use face_rig::rig::{AffineMap, Rig, Work};
+use fem_assembly::AssemblyError;
 use fem_solvers::GaussNewtonFailure;
 use std::collections::BTreeMap;
 
@@ -162,18 +163,8 @@ pub fn fit_expression(
         ..
     } = report;
     let last = iterations.last();
-    let shape = rig
-        .assembly()
-        .positions(&rig.equilibrium().in_cranium_frame);
-    let measured = shape.and_then(|shape| {
-        let assembly = rig.assembly();
-        Ok((
-            assembly.volume_ratios(shape)?,
-            assembly.deepest_contact(shape)?,
-        ))
-    });
-    let measured = measured.map_err(|error| FitError::Pose(Box::new(error.into())));
-    let (ratios, deepest) = measured?;
+    let (ratios, deepest) =
+        measured(rig).map_err(|error| FitError::Pose(Box::new(error.into())))?;
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
     let rms = goals.rms(&positions);
@@ -205,6 +196,16 @@ pub fn fit_expression(
         q,
         positions,
     })
+}
+
+/// det F of every element where the rig is, and the deepest contact.
+fn measured(rig: &Rig) -> Result<(Vec<f64>, Option<f64>), AssemblyError> {
+    let assembly = rig.assembly();
+    let shape = assembly.positions(&rig.equilibrium().in_cranium_frame)?;
+    Ok((
+        assembly.volume_ratios(shape)?,
+        assembly.deepest_contact(shape)?,
+    ))
 }
 
 /// The pose that a fit ended with, and how it did.

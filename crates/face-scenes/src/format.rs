@@ -52,6 +52,12 @@ pub struct SceneFile {
     /// Whether flesh may end inside out; it may not by default.
     #[serde(default)]
     pub inversion: Inversion,
+    /// How the linear systems of Newton's method are solved.
+    #[serde(default)]
+    pub linear_solver: LinearMethod,
+    /// What fits of this scene weigh.
+    #[serde(default)]
+    pub fit: FitSpec,
     /// What the flesh touches; nothing by default.
     #[serde(default)]
     pub contact: Option<ContactSpec>,
@@ -61,7 +67,7 @@ pub struct SceneFile {
 }
 
 /// Whether flesh may end inside out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Inversion {
@@ -71,6 +77,54 @@ pub enum Inversion {
     Barred,
     /// Where the material lets it.
     Allowed,
+    /// Every material and every fiber sees U max(F̂, threshold) Vᵀ in place of F = U F̂ Vᵀ (document 000,
+    /// 5.5): models with ln J or F⁻¹ go through elements that are inside out. The number is the
+    /// threshold, above 0 and below 1; PhysBAM's is 0.25. Below it the forces are no energy's gradient
+    /// and the derivatives of the rig those at the threshold
+    /// ([`fem_assembly::AssemblyBuilder::thresholded`]).
+    Thresholded(f64),
+}
+
+/// How the linear systems of Newton's method are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LinearMethod {
+    /// As the rig is asked to: sparse factors, or multigrid where that is cheaper.
+    #[default]
+    Rig,
+    /// Dense QR (document 000, 5.1), for at most
+    /// [`LARGEST_QR`](fem_solvers::LinearSolver::LARGEST_QR) unknowns. Derivatives are factored in any
+    /// case.
+    Qr,
+}
+
+/// What fits of a scene weigh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FitSpec {
+    /// Weights of ½ w |MᵀM − I|² for a head and a jaw that may move by an affine map M.
+    pub orthogonality: OrthogonalitySpec,
+}
+
+/// Weights of the orthogonality of affine maps, millimeters squared: larger keeps a map rigid, 0 lets it
+/// stretch and shear.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OrthogonalitySpec {
+    /// Of the head; 10,000 by default.
+    pub cranium_mm2: f64,
+    /// Of the jaw; 10,000 by default.
+    pub jaw_mm2: f64,
+}
+
+impl Default for OrthogonalitySpec {
+    fn default() -> Self {
+        Self {
+            cranium_mm2: 1e4,
+            jaw_mm2: 1e4,
+        }
+    }
 }
 
 /// Which volumes the flesh keeps.

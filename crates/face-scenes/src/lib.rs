@@ -82,7 +82,13 @@
 //! * `loads`, `cavities`, `motions`, `strengths` and `stiffnesses`: what acts beside muscles and bones.
 //!   Each has a `name` to set it by and may have a `range` that a fit varies it in; see below.
 //! * `inversion`: `"barred"` (default) or `"allowed"`, whether elements may end inside out where the
-//!   material lets them ([`Inversion`]).
+//!   material lets them, or `{ "thresholded": 0.25 }` for the threshold on the stretches of document
+//!   000 ([`Inversion`]).
+//! * `linear_solver`: `"rig"` (default) or `"qr"`, dense QR inside Newton's method for small meshes
+//!   ([`LinearMethod`]).
+//! * `fit`: `{ "orthogonality": { "cranium_mm2": 1e4, "jaw_mm2": 1e4 } }`, the weights that keep a head
+//!   or jaw that may move by an affine map rigid ([`FitSpec`]); `--orthogonality` of the program
+//!   replaces both.
 //! * `contact`: what flesh may not enter, and with `"flesh": true` or `"flesh": { "surface": "skin",
 //!   "near": { "landmarks": [48, 54], "within": 0.02 } }` itself ([`ContactSpec`], [`TouchingSpec`]):
 //!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
@@ -147,7 +153,9 @@
 //!                   "pascals": [200, 0, 0], "range": [0, 1] } },
 //!   { "pressure": { "name": "wind", "on": { "seen_from": [0, 0, 1] }, "pascals": 100 } },
 //!   { "gravity": { "name": "weight", "density": 1000, "acceleration": [0, -9.81, 0] } },
-//!   { "springs": { "name": "ligament", "at": { "nodes": [17, 18] }, "stiffness": 50 } }
+//!   { "springs": { "name": "ligament", "at": { "nodes": [17, 18] }, "stiffness": 50 } },
+//!   { "penalty": { "name": "wall", "at": { "region": "lips" }, "stiffness": 2000,
+//!                  "shape": { "half_space": { "point": [0, 0, 0.1], "normal": [0, 0, -1] } } } }
 //! ],
 //! "cavities": [
 //!   { "name": "mouth", "faces": { "array": { "name": "surface", "labels": [2] } }, "range": [0, 3000] }
@@ -213,9 +221,10 @@ pub use crossings::crossing_triangles;
 pub use error::SceneError;
 pub use expression::{DenseError, ExpressionFit, JawPose, Observed, fit_expression};
 pub use format::{
-    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, HingeSpec, Inversion,
-    Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, MusclesSpec, NamesSpec, PathSpec,
-    RegionSpec, RegionsSpec, SceneFile, Strays, TargetsSpec, Volume,
+    BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, FitSpec, HingeSpec,
+    Inversion, Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, LinearMethod, MusclesSpec,
+    NamesSpec, OrthogonalitySpec, PathSpec, RegionSpec, RegionsSpec, SceneFile, Strays,
+    TargetsSpec, Volume,
 };
 pub use influences::{
     BoxSpec, CavitySpec, ClosureSpec, Influence, InfluenceKind, LabelsSpec, LoadSpec, MotionSpec,
@@ -272,6 +281,10 @@ pub struct Scene {
     pub influences: Vec<Influence>,
     /// Whether it may end inside out.
     pub inversion: Inversion,
+    /// How the linear systems of Newton's method are solved.
+    pub linear_solver: LinearMethod,
+    /// What fits weigh.
+    pub fit: FitSpec,
     /// What it touches.
     pub contact: Contact,
     /// Points on the mesh, by number.

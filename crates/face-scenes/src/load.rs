@@ -3,8 +3,8 @@
 use super::courses::{DrawnRegion, Ligament, OwnFibers, Paper};
 use super::defect::{Defect, FleshDefect, Location, TargetDefect};
 use super::format::{
-    BonesSpec, FaceSource, FilesSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec, JointSpec,
-    PathSpec, RegionsSpec, SceneFile, Strays, Volume,
+    BonesSpec, FaceSource, FilesSpec, FitSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec,
+    JointSpec, LinearMethod, OrthogonalitySpec, PathSpec, RegionsSpec, SceneFile, Strays, Volume,
 };
 use super::influences::{self, Ground};
 use super::material::{Fibers, NamedMaterial, Region, SceneMaterial};
@@ -100,7 +100,9 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
     scene.ligaments = ligaments;
     scene.path = path.to_path_buf();
     scene.volume = file.volume;
-    scene.inversion = file.inversion;
+    scene.inversion = inversion(&place, file.inversion)?;
+    scene.linear_solver = file.linear_solver;
+    scene.fit = fit(&place, file.fit)?;
     scene.skin = skin.or(scene.skin);
     if let Some(spec) = &file.contact {
         let of = SkinOf {
@@ -118,6 +120,32 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
         }
     }
     Ok(scene)
+}
+
+/// A threshold of 1 or more would strain flesh at rest.
+fn inversion(place: &Place, said: Inversion) -> Result<Inversion, SceneError> {
+    match said {
+        Inversion::Thresholded(threshold) if !(threshold > 0.0 && threshold < 1.0) => Err(place
+            .field(
+                "inversion.thresholded",
+                FleshDefect::Threshold { threshold },
+            )),
+        _ => Ok(said),
+    }
+}
+
+fn fit(place: &Place, said: FitSpec) -> Result<FitSpec, SceneError> {
+    let OrthogonalitySpec {
+        cranium_mm2,
+        jaw_mm2,
+    } = said.orthogonality;
+    for (field, weight) in [("cranium_mm2", cranium_mm2), ("jaw_mm2", jaw_mm2)] {
+        if !(weight >= 0.0 && weight.is_finite()) {
+            let field = format!("fit.orthogonality.{field}");
+            return Err(place.field(field, FleshDefect::Weight { weight }));
+        }
+    }
+    Ok(said)
 }
 
 fn ligaments(place: &Place, file: &SceneFile, flesh: &Flesh) -> Result<Vec<Ligament>, SceneError> {
@@ -193,6 +221,8 @@ impl Flesh {
             volume: Volume::default(),
             influences: Vec::new(),
             inversion: Inversion::default(),
+            linear_solver: LinearMethod::default(),
+            fit: FitSpec::default(),
             contact: self.contact,
             embedding: self.embedding,
             repaired_strays: Vec::new(),

@@ -1,10 +1,11 @@
 //! From a scene to a rig that can be posed.
 
 use super::defect::FleshDefect;
-use super::format::Inversion;
+use super::format::{Inversion, LinearMethod};
 use super::{Scene, SceneError};
-use face_rig::fit::JawModel;
-use face_rig::rig::{EmbeddedPoints, Rig, RigError, RigParams};
+use face_rig::fit::{JawModel, Orthogonality};
+use face_rig::rig::{EmbeddedPoints, MultigridUse, Rig, RigError, RigParams};
+use fem_solvers::{LinearSolver, NewtonParams};
 
 /// A scene that no rig can be made of.
 #[derive(Debug, thiserror::Error)]
@@ -33,8 +34,40 @@ impl Scene {
             refuses_inverted: params.refuses_inverted || self.inversion == Inversion::Barred,
             ..params
         };
-        let rig = Rig::new(self.assembly()?, &jaw, params)?;
+        let assembly = self.assembly()?;
+        let params = self.solved_by(params, assembly.dofs().vector_len())?;
+        let rig = Rig::new(assembly, &jaw, params)?;
         Ok(rig.with_controls(self.controls())?)
+    }
+
+    /// The linear solver that the scene names, if it names one.
+    fn solved_by(&self, params: RigParams, unknowns: usize) -> Result<RigParams, SceneError> {
+        if self.linear_solver == LinearMethod::Rig {
+            return Ok(params);
+        }
+        let limit = LinearSolver::LARGEST_QR;
+        if unknowns > limit {
+            let defect = FleshDefect::TooLargeForQr { unknowns, limit };
+            return Err(SceneError::invalid(&self.path, "linear_solver", defect));
+        }
+        let newton = NewtonParams {
+            linear_solver: LinearSolver::QrLeastSquares,
+            ..params.newton
+        };
+        Ok(RigParams {
+            newton,
+            multigrid: MultigridUse::Never,
+            ..params
+        })
+    }
+
+    /// The orthogonality weights of the scene as a fit takes them, meters².
+    pub fn orthogonality(&self) -> Orthogonality {
+        let weights = self.fit.orthogonality;
+        Orthogonality {
+            cranium: 1e-6 * weights.cranium_mm2,
+            jaw: 1e-6 * weights.jaw_mm2,
+        }
     }
 
     /// The jaw in its joint: opening, protrusion, lateral shift and yaw.

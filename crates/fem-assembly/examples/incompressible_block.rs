@@ -23,7 +23,7 @@ fn loaded(mesh: &SimplexMesh<3>) -> Vec<[u32; 3]> {
 
 fn report(name: &str, body: &Assembly<3>) -> Result<(), Box<dyn Error>> {
     let start = Instant::now();
-    let problem = Quasistatic::new(body, body.rest().to_vec(), vec![])?;
+    let problem = Quasistatic::held(body, body.rest().to_vec(), vec![])?;
     let mut x = problem.unknowns();
     let params = NewtonParams {
         linear_solver: LinearSolver::Direct,

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let pulled = NodalLoads::new(vec![(7, [3.0, 0.0, 4.0])])?; // 5 N stretch 10 N/m by 0.5 m
     let builder = AssemblyBuilder::new(&mesh, dofs)?.term(Spring([0, 7], 10.0, 0.5))?;
     let assembly = builder.term(pulled)?.build()?;
-    let problem = Quasistatic::new(&assembly, mesh.nodes().to_vec(), vec![])?;
+    let problem = Quasistatic::held(&assembly, mesh.nodes().to_vec(), vec![])?;
     let mut x = problem.unknowns();
     Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default())?;
     let off = (x[0] - 0.6).abs() + x[1].abs() + (x[2] - 0.8).abs();

@@ -20,7 +20,7 @@ fn sheared(
 ) -> Result<(usize, Vec<[f64; 2]>), Failure> {
     let rest = body.rest().to_vec();
     let moved = moved(&body);
-    let mut newton = Newton::new(&Quasistatic::new(&body, rest.clone(), vec![])?);
+    let mut newton = Newton::new(&Quasistatic::held(&body, rest.clone(), vec![])?);
     let params = NewtonParams {
         projection,
         max_iterations: 200,

@@ -9,7 +9,7 @@ use crate::rest::RestElements;
 use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Summed, Target, pair};
 use fem_materials::HessianProjection;
 use fem_solvers::parallel::map;
-use fem_solvers::{BlockPattern, BlockSymmetric};
+use fem_solvers::{BlockPattern, BlockSymmetric, Merit};
 use std::sync::{Arc, OnceLock};
 
 /// A mesh with the terms of its energy, ready to be evaluated in any configuration.
@@ -36,6 +36,7 @@ pub struct Assembly<const D: usize> {
     pub(crate) free_pieces: Vec<Piece>,
     pub(crate) prescribed_pieces: Vec<Piece>,
     pub(crate) controls: usize,
+    pub(crate) merit: Merit,
     pub(crate) force_scales: OnceLock<Option<Vec<f64>>>,
     pub(crate) counter: Counter,
     /// Must the next look find the pattern anew?

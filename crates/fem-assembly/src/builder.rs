@@ -11,6 +11,8 @@ use crate::rest::RestElements;
 use crate::shape::{ElementShape, Linear, Quadratic};
 use crate::term::Term;
 use crate::terms::Scaled;
+use fem_materials::inversion::Threshold;
+use fem_solvers::Merit;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -40,6 +42,9 @@ pub struct AssemblyBuilder<const D: usize, S = Linear> {
     controls: usize,
     /// The control that terms are changed by, if any.
     change: Option<usize>,
+    /// The least stretch that materials get to see, if any.
+    threshold: Option<Threshold>,
+    merit: Merit,
 }
 
 impl<const D: usize> AssemblyBuilder<D> {
@@ -99,6 +104,8 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             stencils: 0,
             controls: 0,
             change: None,
+            threshold: None,
+            merit: Merit::Energy,
         }
     }
 
@@ -173,6 +180,41 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         Ok(added)
     }
 
+    /// The materials and fibers that `add` adds see U max(F̂, threshold) Vᵀ in place of F = U F̂ Vᵀ, as
+    /// [`Thresholded`](fem_materials::inversion::Thresholded) does: what ln J or F⁻¹ forbids may turn
+    /// inside out (document 000, 5.5). Below the threshold the forces are then no energy's gradient, and
+    /// their Hessian is that at the threshold: [`Quasistatic`](crate::Quasistatic) makes progress by
+    /// [`Merit::ResidualNorm`].
+    ///
+    /// ```
+    /// use fem_assembly::{AssemblyBuilder, AssemblyError, Dofs};
+    /// use fem_materials::NeoHookean;
+    /// use fem_materials::inversion::Threshold;
+    ///
+    /// let mesh = fem_assembly::mesh::kuhn_grid(1, 1, 1, [1.0; 3])?;
+    /// let flesh = NeoHookean { mu: 1e4, lambda: 1e5 };
+    /// let mirrored: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| [-p[0], p[1], p[2]]).collect();
+    /// let body = AssemblyBuilder::new(&mesh, Dofs::all_free(mesh.nodes())?)?
+    ///     .thresholded(Threshold::new(0.25)?, |builder| builder.material(flesh))?
+    ///     .build()?;
+    /// assert!(body.energy(body.configuration(&mirrored, &[])?).is_finite());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `add`.
+    pub fn thresholded<E>(
+        mut self,
+        threshold: Threshold,
+        add: impl FnOnce(Self) -> Result<Self, E>,
+    ) -> Result<Self, E> {
+        let outer = self.threshold.replace(threshold);
+        let mut added = add(self)?;
+        added.threshold = outer;
+        added.merit = Merit::ResidualNorm;
+        Ok(added)
+    }
+
     /// An evaluation will be given at least so many controls.
     #[must_use]
     pub fn controls(mut self, count: usize) -> Self {
@@ -189,6 +231,9 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
     }
     pub(crate) fn elements(&self) -> &RestElements<D> {
         &self.elements
+    }
+    pub(crate) fn threshold(&self) -> Option<Threshold> {
+        self.threshold
     }
 
     /// An entry for each of these elements, by first row and then as given.
@@ -219,6 +264,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             elements,
             mut summands,
             controls,
+            merit,
             ..
         } = self;
         let pattern = plan::pattern(&dofs, &summands)?;
@@ -244,6 +290,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             chunks,
             summands,
             controls,
+            merit,
             force_scales: std::sync::OnceLock::new(),
             counter: Counter::default(),
             forgets: false,

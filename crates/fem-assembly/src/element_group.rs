@@ -1,5 +1,7 @@
 //! Elements of one material: energies, nodal gradient, Hessian and its products, eight at a time.
 
+mod lifted;
+
 use crate::configuration::Configuration;
 use crate::element::{ElementBatch, LANES};
 use crate::evaluations::{StencilCost, StencilKind};
@@ -16,6 +18,7 @@ use fem_kinematics::dispatch_registers as dispatch_packed;
 use fem_kinematics::{F64x8, Mat, Pack, PackedKernel};
 use fem_materials::HessianProjection;
 use fem_materials::field::{LocalParameters, MAX_LOCAL_NUMBERS, MaterialField};
+use fem_materials::inversion::Threshold;
 use std::ops::Range;
 
 /// One entry of a list (its index there) and the element that it belongs to: of each element of a
@@ -40,6 +43,8 @@ pub(crate) struct ElementGroup<const D: usize, S: ElementShape<D>, M> {
     controls: usize,
     /// Has an element no energy while its control is 0?
     vanishes: bool,
+    /// The least stretch that the material gets to see, if any.
+    threshold: Option<Threshold>,
 }
 
 impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S, M> {
@@ -75,7 +80,13 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
             locals,
             control: Vec::new(),
             controls: 0,
+            threshold: None,
         }
+    }
+
+    /// Lets the material see no stretch below a threshold.
+    pub fn lifted(self, threshold: Option<Threshold>) -> Self {
+        Self { threshold, ..self }
     }
 
     /// Lets a control of each entry set the number that the material names.
@@ -320,6 +331,7 @@ fn projected_hessian<const D: usize, S: ElementShape<D>, M: MaterialField<D>>(
             let mut stiffness = S::pairs(Mat::<f64, D>::zeros());
             for point in batch.points.as_ref() {
                 let F = point.deformation_gradient::<f64>(&edges, lane);
+                let F = group.threshold.map_or(F, |threshold| threshold.lifted(&F));
                 let T = projected_derivative(&group.material, &local, &F, projection);
                 let gradients = point.gradients::<f64>(lane);
                 let weight = point.weight.0[lane];
@@ -449,6 +461,9 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         }
     }
     fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink) {
+        if let Some(threshold) = self.threshold {
+            return self.lifted_energy(threshold, at, self.batches(&stencils), sink);
+        }
         dispatch_packed(EnergyPass {
             group: self,
             at,
@@ -457,6 +472,9 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         });
     }
     fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>) {
+        if let Some(threshold) = self.threshold {
+            return self.lifted_gradient(threshold, at, self.batches(&stencils), sink);
+        }
         dispatch_packed(GradientPass {
             group: self,
             at,
@@ -473,7 +491,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
     ) {
         let batches = self.batches(&stencils);
         match projection {
-            HessianProjection::None => dispatch_packed(HessianPass {
+            HessianProjection::None if self.threshold.is_none() => dispatch_packed(HessianPass {
                 group: self,
                 at,
                 batches,
@@ -489,6 +507,10 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         stencils: Range<usize>,
         sink: &mut GradientSink<D>,
     ) {
+        if let Some(threshold) = self.threshold {
+            let batches = self.batches(&stencils);
+            return self.lifted_product(threshold, at, displacement, batches, sink);
+        }
         dispatch_packed(ProductPass {
             group: self,
             at,
@@ -510,6 +532,10 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         if M::CONTROL.is_none() || self.control.is_empty() || !self.material.listens() {
             return;
         }
+        if let Some(threshold) = self.threshold {
+            let (control, batches) = (control as u32, self.batches(&stencils));
+            return self.lifted_control(threshold, at, control, batches, sink);
+        }
         dispatch_packed(ControlPass {
             group: self,
             at,
@@ -526,7 +552,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
                 Some(_) => StencilKind::Fiber,
                 None => StencilKind::Element,
             },
-            decompositions: points * u64::from(M::DECOMPOSES),
+            decompositions: points * u64::from(M::DECOMPOSES || self.threshold.is_some()),
             projection_decompositions: points * u64::from(M::PROJECTION_DECOMPOSES),
         }
     }

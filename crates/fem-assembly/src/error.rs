@@ -12,6 +12,17 @@ pub enum AssemblyError {
         /// Nodes given.
         count: usize,
     },
+    /// A part of a body that can move with nothing to stop it.
+    #[error(
+        "{part}{}; prescribe what stops them, or add springs",
+        match others { 0 => String::new(), n => format!(" (and {n} more such parts)") }
+    )]
+    Free {
+        /// The first such part, and how it can move ([`FreePart`](crate::FreePart)).
+        part: String,
+        /// How many more there are.
+        others: usize,
+    },
     /// A node index past the end.
     #[error("node {node} does not exist: the mesh has {count} nodes, counted from 0")]
     NoSuchNode {

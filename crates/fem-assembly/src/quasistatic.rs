@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// let assembly = AssemblyBuilder::new(&mesh, dofs)?.material(flesh)?.build()?;
 ///
 /// let pulled: Vec<[f64; 3]> = mesh.nodes().iter().map(|p| [1.2 * p[0], p[1], p[2]]).collect();
-/// let problem = Quasistatic::new(&assembly, pulled, vec![])?;
+/// let problem = Quasistatic::held(&assembly, pulled, vec![])?;
 /// let mut x = problem.unknowns();
 /// let info = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default())?;
 /// assert!(info.iterations < 10);
@@ -55,6 +55,37 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
         Ok(Self::trusted(assembly, positions, controls))
     }
 
+    /// The same for a body that is held: what can move with nothing to stop it is named before any solve.
+    ///
+    /// A body that nothing holds has an equilibrium only where all that pushes it cancels, at rest
+    /// without loads for one; [`Quasistatic::new`] takes it, and a solve that fails then says what is
+    /// free ([`NewtonError::undetermined`](fem_solvers::NewtonError::undetermined)).
+    ///
+    /// # Errors
+    /// As [`Quasistatic::new`], and [`AssemblyError::Free`] where [`Assembly::free_motions`] finds any at
+    /// rest.
+    pub fn held(
+        assembly: &'a Assembly<D>,
+        positions: Vec<[f64; D]>,
+        controls: Vec<f64>,
+    ) -> Result<Self, AssemblyError> {
+        let problem = Self::new(assembly, positions, controls)?;
+        match problem.free() {
+            Some(free) => Err(free),
+            None => Ok(problem),
+        }
+    }
+
+    /// What is free at rest: a stressed part that only turns would count as held.
+    fn free(&self) -> Option<AssemblyError> {
+        let at = Configuration::trusted(self.assembly.rest(), &self.controls);
+        let parts = self.assembly.free_motions(at);
+        Some(AssemblyError::Free {
+            part: parts.first()?.to_string(),
+            others: parts.len() - 1,
+        })
+    }
+
     /// The same with lists that were checked before.
     pub(crate) fn trusted(
         assembly: &'a Assembly<D>,
@@ -65,12 +96,13 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
             assembly,
             positions,
             controls,
-            merit: Merit::Energy,
+            merit: assembly.merit,
         }
     }
 
     /// The same with another measure of progress: [`Merit::ResidualNorm`] for a stress that is no
-    /// energy's gradient, such as [`Thresholded`](fem_materials::inversion::Thresholded).
+    /// energy's gradient, such as [`Thresholded`](fem_materials::inversion::Thresholded). Materials of
+    /// [`AssemblyBuilder::thresholded`](crate::AssemblyBuilder::thresholded) have it already.
     #[must_use]
     pub fn with_merit(self, merit: Merit) -> Self {
         Self { merit, ..self }
@@ -193,6 +225,10 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         let mut floor = self.assembly.absolute_forces(at);
         floor.iter_mut().for_each(|f| *f *= 4.0 * f64::EPSILON);
         Some(floor)
+    }
+    /// The parts that nothing holds ([`Assembly::free_motions`]).
+    fn undetermined(&self) -> Option<String> {
+        self.free().map(|free| free.to_string())
     }
     /// The translations and the infinitesimal rotations of the free nodes where they are now, 3 in the
     /// plane and 6 in space, zero at prescribed axes.

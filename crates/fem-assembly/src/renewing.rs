@@ -53,7 +53,7 @@ pub enum RenewingError<const D: usize> {
     #[error("{source}")]
     Newton {
         /// Why.
-        source: NewtonError,
+        source: Box<NewtonError>,
         /// Where the best step led, meters.
         last: Vec<[f64; D]>,
     },
@@ -201,7 +201,7 @@ fn part<const D: usize>(
             error.factorizations += done.factorizations;
             error.linear_iterations += done.linear_iterations;
             Err(RenewingError::Newton {
-                source: error,
+                source: Box::new(error),
                 last: std::mem::take(&mut done.positions),
             })
         }
@@ -307,6 +307,9 @@ impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
     }
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.asked(|p| p.gradient_rounding(x))
+    }
+    fn undetermined(&self) -> Option<String> {
+        self.asked(|p| p.undetermined())
     }
     fn near_kernel(&self, x: &[f64]) -> NearKernel {
         self.asked(|p| p.near_kernel(x))

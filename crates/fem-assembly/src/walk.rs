@@ -71,7 +71,7 @@ pub enum WalkError<const D: usize> {
 /// let rest = mesh.nodes().to_vec();
 /// let pushed: Vec<[f64; 3]> = rest.iter().map(|&[x, y, z]| [x, y, if z == 1.0 { 0.625 } else { z }]).collect();
 ///
-/// let mut newton = Newton::new(&Quasistatic::new(&body, rest.clone(), vec![])?);
+/// let mut newton = Newton::new(&Quasistatic::held(&body, rest.clone(), vec![])?);
 /// let (params, walk) = (NewtonParams::default(), ContinuationParams::default());
 /// let there = solve_walking(&mut body, &mut newton, rest, &pushed, &[], &params, &walk)?;
 /// assert!(body.volume_ratios(body.positions(&there.positions)?)?.iter().all(|&j| j > 0.3));

@@ -90,7 +90,7 @@ impl From<RenewingError<3>> for Failure {
     fn from(error: RenewingError<3>) -> Self {
         match error {
             RenewingError::Assembly(error) => error.into(),
-            RenewingError::Newton { source, .. } => source.into(),
+            RenewingError::Newton { source, .. } => (*source).into(),
             error => Self::of("RenewingError", &error),
         }
     }

@@ -217,9 +217,10 @@ pub struct FitArgs {
     #[arg(long, default_value_t = 300.0, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub jaw_weight: f64,
     /// Weight of ½ w |MᵀM − I|² for a head or jaw that may move by an affine map M, millimeters squared:
-    /// larger keeps it rigid, 0 lets it stretch and shear.
-    #[arg(long, default_value_t = 1e4, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
-    pub orthogonality: f64,
+    /// larger keeps it rigid, 0 lets it stretch and shear. Those of the scene (`fit.orthogonality`) if it
+    /// is not given, 10000 where the scene says nothing.
+    #[arg(long, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
+    pub orthogonality: Option<f64>,
     /// Tikhonov weight of the activations, millimeters squared: larger prefers relaxed muscles.
     #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub relax: f64,

@@ -51,7 +51,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     out.enter("report");
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
-    let report = out.report("fit", settings(args, &params), results)?;
+    let report = out.report("fit", settings(scene, args, &params), results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
@@ -81,12 +81,18 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     }
 }
 
-fn settings(args: &FitArgs, params: &FitParams) -> Value {
+fn settings(scene: &Scene, args: &FitArgs, params: &FitParams) -> Value {
+    let of_scene = scene.fit.orthogonality;
+    let orthogonality = match args.orthogonality {
+        Some(mm2) => json!(mm2),
+        None if of_scene.cranium_mm2 == of_scene.jaw_mm2 => json!(of_scene.jaw_mm2),
+        None => json!({ "cranium": of_scene.cranium_mm2, "jaw": of_scene.jaw_mm2 }),
+    };
     json!({ "scene": args.scene, "targets": args.targets, "align": args.align, "target": args.target,
         "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
-        "jaw_weight_mm2": args.jaw_weight, "orthogonality_mm2": args.orthogonality, "robust_mm": args.robust,
+        "jaw_weight_mm2": args.jaw_weight, "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start })
 }
 
@@ -143,10 +149,10 @@ fn params(scene: &Scene, args: &FitArgs) -> FitParams {
         },
         activation_weight: 1e-6 * args.relax,
         joint_weight: 1e-6 * args.jaw_weight,
-        orthogonality: Orthogonality {
-            cranium: 1e-6 * args.orthogonality,
-            jaw: 1e-6 * args.orthogonality,
-        },
+        orthogonality: args.orthogonality.map_or(scene.orthogonality(), |mm2| {
+            let [cranium, jaw] = [1e-6 * mm2; 2];
+            Orthogonality { cranium, jaw }
+        }),
         jaw_angle_bounds: Some(scene.joint.limits().opening),
         loss: args
             .robust

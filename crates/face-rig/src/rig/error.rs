@@ -149,7 +149,7 @@ impl From<RenewingError<3>> for PartError {
     fn from(error: RenewingError<3>) -> Self {
         match error {
             RenewingError::Assembly(error) => Self::Guess(error),
-            RenewingError::Newton { source, .. } => Self::Newton(source),
+            RenewingError::Newton { source, .. } => Self::Newton(*source),
             error => Self::Renewing(Box::new(error)),
         }
     }

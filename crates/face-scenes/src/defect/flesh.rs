@@ -16,6 +16,30 @@ pub enum FleshDefect {
         /// What was given.
         scale: f64,
     },
+    /// A threshold on the stretches that is none.
+    #[error(
+        "{threshold} must be a stretch above 0 and below 1, such as 0.25: at 1 flesh at rest would be strained"
+    )]
+    Threshold {
+        /// What was given.
+        threshold: f64,
+    },
+    /// A weight that is none.
+    #[error("{weight} must be 0 or more millimeters squared; larger keeps a map rigid")]
+    Weight {
+        /// What was given.
+        weight: f64,
+    },
+    /// More unknowns than dense QR takes.
+    #[error(
+        "\"qr\" is dense and takes at most {limit} unknowns, this face has {unknowns}; leave it out, or take a coarser mesh"
+    )]
+    TooLargeForQr {
+        /// Unknowns of the face.
+        unknowns: usize,
+        /// The limit.
+        limit: usize,
+    },
     /// Regions of a face that the program makes.
     #[error("the built-in face has no arrays to tell regions by; leave it out")]
     RegionsOfBuiltin,

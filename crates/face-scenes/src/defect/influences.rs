@@ -83,6 +83,17 @@ pub enum InfluenceDefect {
     /// A spring that pushes away.
     #[error("the stiffness must be 0 or more, and all numbers finite")]
     Springs,
+    /// A penalty that does not push.
+    #[error("{stiffness} must be newtons per meter of depth, finite and above 0")]
+    Penalty {
+        /// What was given.
+        stiffness: f64,
+    },
+    /// A penalty against triangles.
+    #[error(
+        "a penalty takes a sphere, capsule, box, half_space or eyeballs; triangles are a solid of \"contact\""
+    )]
+    Triangles,
     /// A pressure of 0 that no fit may vary.
     #[error("a pressure of 0 without a range does nothing; give \"pascals\" or \"range\"")]
     NoPressure,

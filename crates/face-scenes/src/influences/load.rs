@@ -5,13 +5,14 @@ use super::spec::{
     CavitySpec, ClosureSpec, LoadSpec, MotionSpec, PlaceSpec, StiffnessSpec, StrengthSpec,
 };
 use super::{Influence, InfluenceKind};
+use crate::contact::{self, ShapeSpec};
 use crate::defect::InfluenceDefect;
 use crate::load::Place;
 use crate::names::similar;
 use crate::{Region, SceneError, SceneFile};
 use face_rig::anatomy::{Bone, Bones, Muscle};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
-use fem_assembly::{AssemblyError, Cavity, NodalLoads};
+use fem_assembly::{AssemblyError, Cavity, NodalLoads, RigidSurface};
 
 /// A face as far as influences ask for it.
 pub(crate) struct Ground<'a> {
@@ -125,47 +126,13 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn a_load(&self, field: &str, spec: &LoadSpec) -> Result<Influence, SceneError> {
-        let rest = self.ground.mesh.nodes();
-        let unusable = |e: AssemblyError| self.body.place.field(field, e);
-        let faces = |on: &PlaceSpec| self.body.faces(&format!("{field}.on"), on);
-        let (name, range, kind) = match spec {
-            LoadSpec::Force {
-                name,
-                at,
-                newtons,
-                range,
-            } => {
-                let nodes = self.body.nodes(&format!("{field}.at"), at)?;
-                let share = newtons.map(|f| f / nodes.len() as f64);
-                let forces = nodes.into_iter().map(|n| (n as usize, share)).collect();
-                (name, range, NodalLoads::new(forces))
-            }
-            LoadSpec::Traction {
-                name,
-                on,
-                pascals,
-                range,
-            } => (
-                name,
-                range,
-                NodalLoads::traction(rest, &faces(on)?, *pascals),
-            ),
-            LoadSpec::Pressure {
-                name,
-                on,
-                pascals,
-                range,
-            } => (
-                name,
-                range,
-                NodalLoads::pressure(rest, &faces(on)?, *pascals),
-            ),
+        match spec {
             LoadSpec::Gravity {
                 name,
                 density,
                 acceleration,
                 range,
-            } => return self.a_weight(field, name, *density, *acceleration, *range),
+            } => self.a_weight(field, name, *density, *acceleration, *range),
             LoadSpec::Springs {
                 name,
                 at,
@@ -174,15 +141,55 @@ impl Reader<'_> {
                 range,
             } => {
                 let nodes = self.body.nodes(&format!("{field}.at"), at)?;
-                return self.a_spring(field, name, &nodes, *stiffness, *to, *range);
+                self.a_spring(field, name, &nodes, *stiffness, *to, *range)
             }
+            LoadSpec::Penalty {
+                name,
+                at,
+                stiffness,
+                shape,
+                range,
+            } => {
+                let nodes = self.body.nodes(&format!("{field}.at"), at)?;
+                let kind = self.penalties(field, &nodes, *stiffness, shape)?;
+                Ok(Influence {
+                    name: name.clone(),
+                    neutral: factor(*range),
+                    range: *range,
+                    kind,
+                })
+            }
+            LoadSpec::Force { name, range, .. }
+            | LoadSpec::Traction { name, range, .. }
+            | LoadSpec::Pressure { name, range, .. } => Ok(Influence {
+                name: name.clone(),
+                neutral: factor(*range),
+                range: *range,
+                kind: InfluenceKind::Forces(self.forces(field, spec)?),
+            }),
+        }
+    }
+
+    /// Dead forces on nodes, newtons; none of what is no force.
+    fn forces(&self, field: &str, spec: &LoadSpec) -> Result<Vec<(usize, [f64; 3])>, SceneError> {
+        let rest = self.ground.mesh.nodes();
+        let faces = |on: &PlaceSpec| self.body.faces(&format!("{field}.on"), on);
+        let loads = match spec {
+            LoadSpec::Force { at, newtons, .. } => {
+                let nodes = self.body.nodes(&format!("{field}.at"), at)?;
+                let share = newtons.map(|f| f / nodes.len() as f64);
+                NodalLoads::new(nodes.into_iter().map(|n| (n as usize, share)).collect())
+            }
+            LoadSpec::Traction { on, pascals, .. } => {
+                NodalLoads::traction(rest, &faces(on)?, *pascals)
+            }
+            LoadSpec::Pressure { on, pascals, .. } => {
+                NodalLoads::pressure(rest, &faces(on)?, *pascals)
+            }
+            _ => return Ok(Vec::new()),
         };
-        Ok(Influence {
-            name: name.clone(),
-            neutral: factor(*range),
-            range: *range,
-            kind: InfluenceKind::Forces(kind.map_err(unusable)?.into_forces()),
-        })
+        let loads = loads.map_err(|e: AssemblyError| self.body.place.field(field, e))?;
+        Ok(loads.into_forces())
     }
 
     fn a_weight(
@@ -231,6 +238,34 @@ impl Reader<'_> {
                 ends: nodes.iter().map(end).collect(),
                 stiffness,
             },
+        })
+    }
+
+    fn penalties(
+        &self,
+        field: &str,
+        nodes: &[u32],
+        stiffness: f64,
+        shape: &ShapeSpec,
+    ) -> Result<InfluenceKind, SceneError> {
+        let place = self.body.place;
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            let defect = InfluenceDefect::Penalty { stiffness };
+            return Err(place.field(format!("{field}.stiffness"), defect));
+        }
+        if matches!(shape, ShapeSpec::Triangles { .. }) {
+            return Err(place.field(format!("{field}.shape"), InfluenceDefect::Triangles));
+        }
+        // Neither number has a part in a shape that is no surface of triangles.
+        let shapes = contact::shapes(place, field, shape, 1.0, 1.0)?;
+        let implicit = |shape: contact::Shape| match shape.surface {
+            RigidSurface::Implicit(surface) => Some(surface),
+            _ => None,
+        };
+        Ok(InfluenceKind::Penalties {
+            nodes: nodes.iter().map(|&n| n as usize).collect(),
+            stiffness,
+            obstacles: shapes.into_iter().filter_map(implicit).collect(),
         })
     }
 

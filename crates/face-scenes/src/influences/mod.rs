@@ -13,7 +13,10 @@ pub use spec::{
 use super::Scene;
 use face_rig::fit::{ControlModel, CraniumModel, JawModel, Parametrization};
 use face_rig::rig::{Control, Effect, Parameters};
-use fem_assembly::{AssemblyBuilder, AssemblyError, Cavity, Gravity, NodalLoads, Scaled, Springs};
+use fem_assembly::{
+    AssemblyBuilder, AssemblyError, Cavity, Gravity, ImplicitSurface, NodalLoads, Penalty, Scaled,
+    Springs,
+};
 
 /// A load, a cavity, a motion, a strength or a stiffness of a scene; a control of its rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +50,15 @@ pub enum InfluenceKind {
         ends: Vec<(usize, [f64; 3])>,
         /// N/m.
         stiffness: f64,
+    },
+    /// c times these penalties.
+    Penalties {
+        /// The nodes that are pushed.
+        nodes: Vec<usize>,
+        /// N/m.
+        stiffness: f64,
+        /// What pushes them, meters.
+        obstacles: Vec<ImplicitSurface<3>>,
     },
     /// c pascals in a cavity.
     Cavity {
@@ -117,6 +129,14 @@ impl Influence {
             InfluenceKind::Gravity { density, .. } => format!("weight of {density} kg/m³"),
             InfluenceKind::Springs { ends, stiffness } => {
                 format!("{} springs of {stiffness} N/m", ends.len())
+            }
+            InfluenceKind::Penalties {
+                nodes,
+                stiffness,
+                obstacles,
+            } => {
+                let (nodes, solids) = (nodes.len(), obstacles.len());
+                format!("penalty of {stiffness} N/m on {nodes} nodes in {solids} solids")
             }
             InfluenceKind::Cavity { faces, .. } => {
                 let cavity = self.cavity().and_then(Result::ok);
@@ -237,6 +257,21 @@ impl Scene {
                 InfluenceKind::Springs { ends, stiffness } => {
                     let springs = Springs::at_nodes(ends.iter().copied(), *stiffness)?;
                     builder.term(Scaled::new(springs, control)?)?
+                }
+                InfluenceKind::Penalties {
+                    nodes,
+                    stiffness,
+                    obstacles,
+                } => {
+                    for obstacle in obstacles {
+                        let penalty = Penalty {
+                            nodes: nodes.clone(),
+                            stiffness: *stiffness,
+                            obstacle: *obstacle,
+                        };
+                        builder = builder.term(Scaled::new(penalty, control)?)?;
+                    }
+                    builder
                 }
                 _ => match influence.cavity() {
                     Some(cavity) => builder.term(Scaled::new(cavity?, control)?)?,

@@ -1,5 +1,6 @@
 //! What a scene file says of loads, cavities, motions, strengths and stiffnesses.
 
+use crate::contact::ShapeSpec;
 use serde::{Deserialize, Serialize};
 
 /// Nodes or faces: those that meet every condition given, at least one. A face of the boundary meets
@@ -123,6 +124,21 @@ pub enum LoadSpec {
         /// Where they end.
         #[serde(default)]
         to: Option<[f64; 3]>,
+        /// The factors that a fit may choose.
+        #[serde(default)]
+        range: Option<[f64; 2]>,
+    },
+    /// Penalty collisions (document 000, 5.7): nodes inside a solid that stands still in the frame of the
+    /// skull are pushed out by stiffness times depth. Softer and simpler than `contact`.
+    Penalty {
+        /// A name to set it by.
+        name: String,
+        /// The nodes.
+        at: PlaceSpec,
+        /// Of each node, newtons per meter of depth.
+        stiffness: f64,
+        /// The solid: any shape but triangles.
+        shape: ShapeSpec,
         /// The factors that a fit may choose.
         #[serde(default)]
         range: Option<[f64; 2]>,

@@ -27,7 +27,8 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         material: M,
     ) -> Result<Self, AssemblyError> {
         let entries = self.entries(elements)?;
-        let group = ElementGroup::<D, S, M>::pack(material, &entries, self.elements(), |_| ());
+        let group = ElementGroup::<D, S, M>::pack(material, &entries, self.elements(), |_| ())
+            .lifted(self.threshold());
         self.term(group)
     }
 
@@ -57,7 +58,8 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
         }
         let entries = self.entries(elements)?;
         let of = |entry: crate::element_group::Entry| local[entry.index as usize];
-        let group = ElementGroup::<D, S, M>::pack(material, &entries, self.elements(), of);
+        let group = ElementGroup::<D, S, M>::pack(material, &entries, self.elements(), of)
+            .lifted(self.threshold());
         self.term(group)
     }
 

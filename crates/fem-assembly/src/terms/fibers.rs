@@ -77,7 +77,8 @@ impl<S: ElementShape<3>> AssemblyBuilder<3, S> {
         };
         let control = |entry: Entry| fibers[entry.index as usize].control;
         let group = ElementGroup::<3, S, _>::pack(law, &entries, self.elements(), of)
-            .controlled(&entries, controls, control);
+            .controlled(&entries, controls, control)
+            .lifted(self.threshold());
         self.term(group)
     }
 }

@@ -21,3 +21,5 @@ mod steps;
 mod stop_rule;
 mod symmetry_planes;
 mod terms;
+mod thresholded;
+mod unheld;

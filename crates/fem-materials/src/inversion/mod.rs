@@ -12,7 +12,7 @@ mod thresholded;
 
 pub use barrier::VolumeBarrier;
 pub use continued::{Continuation, Continued, Smoothness, continued};
-pub use thresholded::Thresholded;
+pub use thresholded::{Threshold, Thresholded};
 
 use crate::registry::ParameterError;
 

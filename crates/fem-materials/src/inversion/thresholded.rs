@@ -6,6 +6,40 @@ use crate::registry::ParameterError;
 use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
 
+/// The least singular value of F that a material gets to see; above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Threshold(f64);
+
+impl Threshold {
+    /// PhysBAM's `failure_threshold` is 0.25.
+    ///
+    /// # Errors
+    /// If the value is not finite and greater than 0.
+    pub fn new(value: f64) -> Result<Self, ParameterError> {
+        positive_threshold(value)?;
+        Ok(Self(value))
+    }
+
+    /// The value.
+    pub fn value(self) -> f64 {
+        self.0
+    }
+
+    /// U max(F̂, threshold) Vᵀ of F = U F̂ Vᵀ; F itself, bit by bit, where nothing is below.
+    #[inline(always)]
+    pub fn lifted<T: Real, const D: usize>(self, F: &Mat<T, D>) -> Mat<T, D> {
+        let svd = signed_svd(F);
+        let least = T::from_f64(self.0);
+        let low = svd.sigma[D - 1].lt(least);
+        if !T::any(low) {
+            return *F;
+        }
+        let lifted = svd.compose(svd.sigma.map(|s| T::select(s.lt(least), least, s)));
+        // Elements above the threshold keep the bits of F.
+        Mat::from_fn(|i, j| T::select(low, lifted.0[i][j], F.0[i][j]))
+    }
+}
+
 /// ψ, P and dP/dF at U max(F̂, threshold) Vᵀ instead of at F = U F̂ Vᵀ.
 ///
 /// **P is not the gradient of ψ** below the threshold: ψ is constant there while P stays as it
@@ -17,7 +51,7 @@ use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholded<M> {
     inner: M,
-    threshold: f64,
+    threshold: Threshold,
 }
 
 impl<M> Thresholded<M> {
@@ -27,22 +61,14 @@ impl<M> Thresholded<M> {
     /// # Errors
     /// If the threshold is not finite and greater than 0.
     pub fn new(inner: M, threshold: f64) -> Result<Self, ParameterError> {
-        positive_threshold(threshold)?;
+        let threshold = Threshold::new(threshold)?;
         Ok(Self { inner, threshold })
     }
 
     /// U max(F̂, threshold) Vᵀ.
     #[inline(always)]
     pub fn lifted<T: Real, const D: usize>(&self, F: &Mat<T, D>) -> Mat<T, D> {
-        let svd = signed_svd(F);
-        let least = T::from_f64(self.threshold);
-        let low = svd.sigma[D - 1].lt(least);
-        if !T::any(low) {
-            return *F;
-        }
-        let lifted = svd.compose(svd.sigma.map(|s| T::select(s.lt(least), least, s)));
-        // Elements above the threshold keep the bits of F.
-        Mat::from_fn(|i, j| T::select(low, lifted.0[i][j], F.0[i][j]))
+        self.threshold.lifted(F)
     }
 }
 

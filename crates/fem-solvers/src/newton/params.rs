@@ -32,6 +32,11 @@ pub enum LinearSolver {
     Auto,
 }
 
+impl LinearSolver {
+    /// Most unknowns of [`LinearSolver::QrLeastSquares`].
+    pub const LARGEST_QR: usize = 3_000;
+}
+
 /// Which preconditioner conjugate gradients use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -336,11 +341,27 @@ pub enum NewtonFailure {
     },
 }
 
+impl NewtonFailure {
+    /// Could a problem that does not determine its solution fail like this?
+    pub(super) fn may_be_undetermined(&self) -> bool {
+        !matches!(
+            self,
+            Self::Params { .. }
+                | Self::Cancelled
+                | Self::Dimension { .. }
+                | Self::PatternMismatch
+                | Self::NeedsMatrix
+                | Self::TooLargeForQr { .. }
+        )
+    }
+}
+
 /// A solve that did not converge; `x` holds the last accepted state, which these numbers describe.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "Newton's method stopped after {iteration} steps at energy {energy:e}, gradient {gradient_norm:e}{}: {reason}",
-    last.as_ref().map_or_else(String::new, |step| step.told())
+    "Newton's method stopped after {iteration} steps at energy {energy:e}, gradient {gradient_norm:e}{}: {reason}{}",
+    last.as_ref().map_or_else(String::new, |step| step.told()),
+    undetermined.as_ref().map_or_else(String::new, |what| format!("; {what}"))
 )]
 #[non_exhaustive]
 pub struct NewtonError {
@@ -359,4 +380,7 @@ pub struct NewtonError {
     /// Why it stopped.
     #[source]
     pub reason: NewtonFailure,
+    /// What nothing determines, where the problem knows of any
+    /// ([`NonlinearProblem::undetermined`](super::NonlinearProblem::undetermined)): then this is the cause.
+    pub undetermined: Option<String>,
 }

@@ -118,6 +118,13 @@ pub trait NonlinearProblem<const D: usize> {
         NearKernel::constants::<D>(self.blocks())
     }
 
+    /// What of the solution nothing determines, in words that say what to do about it. Asked once, after a
+    /// solve that failed, for [`NewtonError::undetermined`](super::NewtonError::undetermined): no good
+    /// solve pays for it.
+    fn undetermined(&self) -> Option<String> {
+        None
+    }
+
     /// What a step must lower.
     fn merit(&self) -> Merit {
         Merit::Energy

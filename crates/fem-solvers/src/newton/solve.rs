@@ -216,6 +216,10 @@ impl<'d, const D: usize> Newton<'d, D> {
                 last: last.map(Box::new),
                 energy: state.energy,
                 gradient_norm: state.info.gradient_norm,
+                undetermined: match reason.may_be_undetermined() {
+                    true => problem.undetermined(),
+                    false => None,
+                },
                 reason,
             })?;
         state.info.energy = state.energy;

@@ -15,6 +15,7 @@ mod rosenbrock;
 mod rounded_energy;
 mod scales;
 mod strangers;
+mod undetermined;
 mod walled;
 mod watch;
 mod wrong_hessians;

@@ -2,10 +2,7 @@
 
 use super::{Descent, DescentDirection, DescentOutcome, NewtonSystem};
 use crate::dense_qr::PivotedQr;
-use crate::newton::NewtonFailure;
-
-/// Largest system for dense QR.
-const QR_LIMIT: usize = 3_000;
+use crate::newton::{LinearSolver, NewtonFailure};
 
 /// The least-squares solution, for matrices that may be singular.
 pub(super) struct DenseQr;
@@ -17,10 +14,10 @@ impl<const D: usize> DescentDirection<D> for DenseQr {
         dx: &mut [f64],
     ) -> Result<Descent, NewtonFailure> {
         let n = dx.len();
-        if n > QR_LIMIT {
+        if n > LinearSolver::LARGEST_QR {
             return Err(NewtonFailure::TooLargeForQr {
                 found: n,
-                limit: QR_LIMIT,
+                limit: LinearSolver::LARGEST_QR,
             });
         }
         let matrix = system.tangent.assembled()?.to_dense();
