@@ -12,6 +12,8 @@ mod hostile_tests;
 mod influence_tests;
 mod joint_tests;
 mod meaning_tests;
+#[path = "../../face-rig/tests/all/promise.rs"]
+mod promise;
 mod touching_tests;
 
 /// A block of 2×3×2 boxes, 0.2 m tall: the back hangs on the cranium, the lower front on the jaw.

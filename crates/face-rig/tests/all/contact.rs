@@ -1,7 +1,8 @@
 //! dx/dθ with contact active, against differences of full re-solves: a ball that moves with the jaw,
 //! and flesh of the jaw against flesh of the cranium.
 
-use face_rig::rig::{AffineMap, Direction, Parameters, Rig, RigParams};
+use super::promise::Rig;
+use face_rig::rig::{AffineMap, Direction, Parameters, RigParams};
 use fem_assembly::mesh::{EmbeddedPoint, SimplexMesh, kuhn_grid};
 use fem_assembly::{
     AssemblyBuilder, ContactPoint, Dofs, FleshContact, FleshContactParams, ImplicitSurface,

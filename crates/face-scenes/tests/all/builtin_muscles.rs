@@ -4,8 +4,9 @@
 //! of the muscles of the face; `docs/builtin.md` has the table.
 
 use crate::motion::{Motion, Probe, length, parameters, pose};
+use crate::promise::Rig;
 use face_rig::anatomy::Bone;
-use face_rig::rig::{Equilibrium, Rig, RigParams};
+use face_rig::rig::{Equilibrium, RigParams};
 use face_scenes::Scene;
 use face_scenes::builtin::Ornament;
 
@@ -25,7 +26,8 @@ struct Stage {
 impl Stage {
     fn new(tets: usize) -> Self {
         let scene = Scene::builtin(tets).expect("a face");
-        let rig = scene.rig(RigParams::default()).expect("a rig");
+        let params = RigParams::default();
+        let rig = Rig::of(scene.rig(params).expect("a rig"), params);
         Self {
             probe: Probe::new(tets),
             rest: rig.equilibrium().clone(),
