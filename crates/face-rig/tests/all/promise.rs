@@ -90,6 +90,18 @@ impl Rig {
         work
     }
 
+    /// The same with what touches there: of a body like the rig's that has seen nothing before.
+    #[track_caller]
+    pub fn check_afresh(&self, mut body: Assembly<3>) {
+        let at = self.inner.equilibrium();
+        let controls = self.inner.energy_controls(&at.parameters);
+        let z = &at.in_cranium_frame;
+        body.renew(body.configuration(z, &controls).unwrap())
+            .unwrap();
+        let (params, stop) = (&self.params.newton, StopReason::Rounding);
+        body::came_to_rest(&body, z, &controls, params, stop);
+    }
+
     #[track_caller]
     fn check(&mut self) {
         let (rig, at) = (&self.inner, self.inner.equilibrium());

@@ -41,6 +41,8 @@ impl Stage {
         let parameters = parameters(&self.scene, muscles, sides, 1.0);
         self.rig.start_from(self.rest.clone()).expect("rest");
         let positions = pose(&mut self.rig, &parameters).expect("an equilibrium");
+        self.rig
+            .check_afresh(self.scene.assembly().expect("a body"));
         let motion = self.probe.motion(&self.rig, &positions);
         assert_eq!(motion.inverted, 0, "{muscles:?}");
         motion
@@ -156,6 +158,8 @@ fn the_jaw_opens_to_35_degrees_with_nothing_inside_out() {
         open.jaw = stage.scene.joint.motion(numbers).0;
         stage.rig.start_from(stage.rest.clone()).expect("rest");
         let positions = pose(&mut stage.rig, &open).expect("an equilibrium");
+        let fresh = stage.scene.assembly().expect("a body");
+        stage.rig.check_afresh(fresh);
         let m = stage.probe.motion(&stage.rig, &positions);
         assert_eq!(m.inverted, 0, "{degrees}");
         assert!(m.lip_gap[1] > 0.7 * degrees, "{degrees}: {m:?}");
