@@ -8,6 +8,8 @@ use std::path::Path;
 
 mod course_tests;
 mod defect_tests;
+#[path = "../../../tests/fuzz.rs"]
+mod fuzz;
 mod hostile_tests;
 mod influence_tests;
 mod joint_tests;
