@@ -8,14 +8,10 @@ use std::path::Path;
 
 mod course_tests;
 mod defect_tests;
-#[path = "../../../tests/fuzz.rs"]
-mod fuzz;
 mod hostile_tests;
 mod influence_tests;
 mod joint_tests;
 mod meaning_tests;
-#[path = "../../face-rig/tests/all/promise.rs"]
-mod promise;
 mod touching_tests;
 
 /// A block of 2×3×2 boxes, 0.2 m tall: the back hangs on the cranium, the lower front on the jaw.

@@ -1,8 +1,11 @@
 //! Files that someone has damaged: read, or refused by name; never a panic.
 
-use super::fuzz::{Damage, EFFORT};
 use super::*;
+use fuzz::{Damage, EFFORT};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+
+#[path = "../../../../tests/fuzz.rs"]
+mod fuzz;
 
 /// The scene of these tests with everything that can be in another file.
 fn with_every_reader() -> (Files, Vec<(&'static str, String)>) {

@@ -1,10 +1,13 @@
 //! Loads, cavities, motions, strengths and stiffnesses of a scene.
 
-use super::promise::Rig;
 use super::*;
 use face_rig::fit::{CraniumModel, JawModel};
 use face_rig::rig::{Direction, Parameters, RigParams};
 use fem_assembly::Cavity;
+use promise::Rig;
+
+#[path = "../../../face-rig/tests/all/promise.rs"]
+pub(super) mod promise;
 
 /// The block with these entries behind its material.
 pub(super) fn with(entries: &str) -> Files {

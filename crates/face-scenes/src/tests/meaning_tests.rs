@@ -1,6 +1,6 @@
 //! What a file says is what a scene means.
 
-use super::promise::Rig;
+use super::influence_tests::promise::Rig;
 use super::*;
 use face_rig::fit::{CraniumModel, FitParams, Parametrization};
 use face_rig::rig::RigParams;
