@@ -6,6 +6,9 @@ use face_rig::rig::{Parameters, RigParams};
 use face_scenes::{Contact, Scene};
 use fem_kinematics::Mat;
 
+#[path = "../../face-rig/tests/all/promise.rs"]
+mod promise;
+
 const SCENE: &str = r#"{
   "face": { "builtin": { "tets": 4000 } },
   "material": { "exponential_neo_hookean": { "mu": 1e4, "lambda": 1e5, "b": 2 } },
@@ -30,7 +33,8 @@ fn a_scene_reaches_the_added_model() {
     // All of the added model, and nothing else that has an energy.
     scene.region_of_tet.fill(0);
     scene.contact = Contact::default();
-    let mut rig = scene.rig(RigParams::default()).expect("a rig");
+    let params = RigParams::default();
+    let mut rig = promise::Rig::of(scene.rig(params).expect("a rig"), params);
     let mut pose = Parameters::rest(scene.muscles.len());
     pose.jaw.translation[1] = -0.002;
     let solved = rig.solve(&pose).expect("an equilibrium").clone();

@@ -6,6 +6,8 @@
 mod motion;
 #[path = "../src/cli/portrait.rs"]
 mod portrait;
+#[path = "../../face-rig/tests/all/promise.rs"]
+mod promise;
 
 use face_pictures::{Camera, Panel, Portrait, Sheet};
 use face_rig::rig::{AffineMap, Parameters, RigParams};
@@ -22,7 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let probe = Probe::new(tets);
     let face = probe.face();
     let scene = Scene::builtin(tets)?;
-    let mut rig = scene.rig(RigParams::default())?;
+    let params = RigParams::default();
+    let mut rig = promise::Rig::of(scene.rig(params)?, params);
     let rest = rig.equilibrium().clone();
     let names = face.muscles.iter().filter_map(|m| m.strip_suffix("_L"));
     let mut poses: Vec<(String, Parameters)> = names

@@ -1,13 +1,17 @@
 //! Each option of the program, on and off, against what the libraries compute with it.
 
 use face_rig::fit::{CraniumModel, FitParams, JawModel};
-use face_rig::rig::{Direction, JacobianRoute, Parameters, Rig, RigParams};
+use face_rig::rig::{Direction, JacobianRoute, Parameters, RigParams};
 use face_scenes::{ExpressionFit, Observed, Scene, fit_expression};
 use fem_assembly::mesh::{DataArray, MeshFile, SimplexMesh, kuhn_grid};
 use fem_solvers::{Loss, StepMethod};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
+
+#[path = "../../face-rig/tests/all/promise.rs"]
+mod promise;
+use promise::Rig;
 
 /// A block whose back hangs on the cranium and whose lower front on the jaw, with two muscles.
 const SCENE: &str = r#"{ "name": "block",
@@ -75,7 +79,8 @@ fn files(at: &Path) {
 }
 
 fn rig(scene: &Scene) -> Rig {
-    scene.rig(RigParams::for_fits()).unwrap()
+    let params = RigParams::for_fits();
+    Rig::of(scene.rig(params).unwrap(), params)
 }
 
 /// Two poses that nothing reaches exactly, by landmarks of unequal weight and by a denser skin that
@@ -197,17 +202,9 @@ impl Fit {
         let start = start.map_or_else(|| map.rest(), <[f64]>::to_vec);
         let target = scene.target(name).unwrap();
         let params = &self.params;
-        fit_expression(
-            scene,
-            rig,
-            target,
-            self.seen,
-            &map,
-            params,
-            &start,
-            &mut |_| {},
-        )
-        .unwrap()
+        let seen = self.seen;
+        rig.lent(|rig| fit_expression(scene, rig, target, seen, &map, params, &start, &mut |_| {}))
+            .unwrap()
     }
 
     fn of_first(&self, scene: &Scene) -> Value {
@@ -394,7 +391,8 @@ fn a_table_of_targets_has_the_weights_of_its_landmarks() {
 
 /// The largest way of a node (mm) and the energy (J).
 fn posed(scene: &Scene, pose: &Parameters) -> [f64; 2] {
-    let mut rig = scene.rig(RigParams::default()).unwrap();
+    let params = RigParams::default();
+    let mut rig = Rig::of(scene.rig(params).unwrap(), params);
     let x = rig.solve(pose).unwrap().positions();
     let z = rig.equilibrium().in_cranium_frame.clone();
     let controls = rig.energy_controls(pose);
@@ -465,7 +463,8 @@ fn every_option_of_a_pose_does_what_the_library_does_with_it() {
 
 /// Rows of landmarks and axes, a column for each direction.
 fn jacobian(scene: &Scene, pose: &Parameters) -> Vec<Vec<f64>> {
-    let mut rig = scene.rig(RigParams::default()).unwrap();
+    let params = RigParams::default();
+    let mut rig = Rig::of(scene.rig(params).unwrap(), params);
     rig.solve(pose).unwrap();
     let mut directions = Direction::all(scene.muscles.len());
     directions.extend((0..scene.influences.len()).map(Direction::Control));

@@ -1,5 +1,6 @@
 //! Scene files that someone has damaged: compared, or refused with a word; never a panic.
 
+use crate::fuzz::EFFORT;
 use aniso_mpm::scenes;
 use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -164,7 +165,7 @@ fn damaged_scenes_are_compared_or_refused() {
         let whole = scenes::compare(name, file).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(whole.iter().any(|d| !d.is_good()), "{name}");
         let (mut compared, mut refused) = (0, 0);
-        for _ in 0..200 {
+        for _ in 0..400 * EFFORT {
             let mut broken = file.clone();
             (0..=damage.below(3)).for_each(|_| damage.of(&mut broken));
             let result = catch_unwind(AssertUnwindSafe(|| scenes::compare(name, &broken)));

@@ -5,6 +5,8 @@ mod conservation;
 mod damage;
 mod elasticity;
 mod fracture;
+#[path = "../../../../tests/fuzz.rs"]
+mod fuzz;
 mod hostile;
 mod inextensible;
 mod kkt;

@@ -1,8 +1,9 @@
 //! Elements that the bones alone move.
 
-use face_rig::rig::{Parameters, Rig, RigError, RigParams};
+use super::promise::Rig;
+use face_rig::rig::{Parameters, RigError, RigParams};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
-use fem_assembly::{AssemblyBuilder, Dofs};
+use fem_assembly::{Assembly, AssemblyBuilder, Dofs};
 use fem_materials::{NeoHookean, StableNeoHookean};
 
 /// Three layers, 1 cm each: the cranium below the first, the jaw above it, free flesh on the jaw.
@@ -66,8 +67,8 @@ fn an_infinite_energy_that_no_flesh_can_mend_names_element_and_bones() {
     assert!(rig.assembly().energy(at.unwrap()).is_finite());
 }
 
-#[test]
-fn a_model_with_an_energy_there_is_solved() {
+/// The body of the next tests, and its jaw.
+fn flesh() -> (Assembly<3>, Vec<usize>) {
     let mesh = mesh();
     let (cranium, jaw) = (layer(&mesh, 0.0), layer(&mesh, 0.01));
     let prescribed = [cranium, jaw.clone()].concat();
@@ -78,6 +79,27 @@ fn a_model_with_an_energy_there_is_solved() {
     };
     let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
     let flesh = builder.material(flesh).unwrap().build().unwrap();
+    (flesh, jaw)
+}
+
+#[test]
+fn a_model_with_an_energy_there_is_solved() {
+    let (flesh, jaw) = flesh();
     let mut rig = Rig::new(flesh, &jaw, RigParams::default()).unwrap();
     rig.solve(&pushed()).unwrap();
+}
+
+/// What checks the rigs of these tests sees one that stopped early.
+#[test]
+#[should_panic = "N promised by Rounding"]
+fn a_rig_that_claims_too_much_is_caught() {
+    let (flesh, jaw) = flesh();
+    let params = RigParams::default();
+    let mut loose = params;
+    loose.newton.relative_gradient_tolerance = 0.5;
+    let mut rig = Rig::of(face_rig::rig::Rig::new(flesh, &jaw, loose).unwrap(), params);
+    let mut pose = Parameters::rest(0);
+    // A plate that is stretched, and flesh on it that is not.
+    pose.jaw.matrix[0][0] = 1.5;
+    let _ = rig.solve(&pose);
 }

@@ -1,9 +1,10 @@
 //! What a fit pays for.
 
 use super::derivatives::{MUSCLES, rig, rig_pulled_by, rig_with};
+use super::promise::Rig;
 use face_rig::anatomy::{EmbeddedPoint, JawHinge};
 use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Parametrization};
-use face_rig::rig::{AllNodes, EmbeddedPoints, Observation, Parameters, Rig, RigParams, Work};
+use face_rig::rig::{AllNodes, EmbeddedPoints, Observation, Parameters, RigParams, Work};
 use fem_assembly::Passes;
 use fem_materials::curves::PhysBam;
 
@@ -37,7 +38,7 @@ fn fitted_with(mut rig: Rig, observation: &dyn Observation, active: Vec<usize>) 
     };
     rig.solve(&Parameters::rest(MUSCLES)).unwrap();
     let before = rig.work();
-    let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
+    let report = rig.fit(&fitter, &map.rest(), &mut |_| {}).unwrap();
     (report.iterations.len(), rig.work() - before)
 }
 

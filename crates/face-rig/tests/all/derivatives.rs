@@ -1,6 +1,7 @@
 //! dx/dθ against differences of full re-solves, adjoints against columns, and a fit that finds a
 //! known pose, on a block of flesh between a fixed plate (cranium) and a moving one (jaw).
 
+use super::promise::Rig;
 use face_rig::anatomy::{CondylarPath, EmbeddedPoint, JawHinge, JawJoint, JointLimits};
 use face_rig::fit::{
     CraniumModel, FitError, FitIteration, FitParams, Fitter, JawModel, Orthogonality,
@@ -8,7 +9,7 @@ use face_rig::fit::{
 };
 use face_rig::rig::{
     AffineMap, AllNodes, Direction, EmbeddedPoints, JacobianRoute, MultigridUse, Observation,
-    Parameters, PartError, Rig, RigError, RigParams,
+    Parameters, PartError, RigError, RigParams,
 };
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber, ImplicitSurface, Penalty, Scaled, Springs};
@@ -287,10 +288,14 @@ fn a_cancelled_pose_or_fit_ends_at_once_and_the_rig_goes_on() {
     let (watch, all) = ends_at(usize::MAX);
     let mut whole = Vec::new();
     let mut start = |_: &FitIteration| whole.push(all.load(Ordering::Relaxed));
-    let _ = fitter.fit(&mut rig().watched_by(watch), &map.rest(), &mut start);
+    let _ = rig()
+        .watched_by(watch)
+        .fit(&fitter, &map.rest(), &mut start);
     // In the trial after the first accepted step.
     let (watch, asked) = ends_at(whole[1] + 1);
-    let end = fitter.fit(&mut rig().watched_by(watch), &map.rest(), &mut |_| {});
+    let end = rig()
+        .watched_by(watch)
+        .fit(&fitter, &map.rest(), &mut |_| {});
     let Err(FitError::Cancelled { q, iterations }) = end else {
         panic!("{end:?}");
     };
@@ -473,7 +478,7 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
         rig.solve(&Parameters::rest(MUSCLES)).unwrap();
         let mut beyond = map.rest();
         beyond[1] = 1.5;
-        let refused = fitter.fit(&mut rig, &beyond, &mut |_| {}).unwrap_err();
+        let refused = rig.fit(&fitter, &beyond, &mut |_| {}).unwrap_err();
         assert!(
             matches!(
                 refused,
@@ -485,7 +490,7 @@ fn a_reachable_pose_is_found_again_by_qr_and_by_normal_equations() {
             ),
             "{refused}"
         );
-        let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
+        let report = rig.fit(&fitter, &map.rest(), &mut |_| {}).unwrap();
         for (found, truth) in report.q.iter().zip(truth) {
             assert!(
                 (found - truth).abs() < 1e-6,
@@ -528,7 +533,7 @@ fn full_steps_on_the_affine_maps_find_a_rigid_pose() {
         params: &params,
     };
     rig.solve(&Parameters::rest(MUSCLES)).unwrap();
-    let report = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap();
+    let report = rig.fit(&fitter, &map.rest(), &mut |_| {}).unwrap();
     let found = report.parameters.to_vec();
     assert!(largest(found.iter().zip(truth.to_vec()).map(|(a, b)| a - b)) < 1e-6);
     let map: AffineMap = report.parameters.jaw;

@@ -1,9 +1,10 @@
 //! What bounds and priors of a fit mean, and what it does not depend on.
 
 use super::derivatives::{MUSCLES, rig, rig_of};
+use super::promise::Rig;
 use face_rig::anatomy::JawHinge;
 use face_rig::fit::{CraniumModel, FitParams, FitReport, Fitter, JawModel, Parametrization};
-use face_rig::rig::{AllNodes, Parameters, Rig, RigParams};
+use face_rig::rig::{AllNodes, Parameters, RigParams};
 
 fn fitted(
     rig: &mut Rig,
@@ -21,7 +22,7 @@ fn fitted(
         params,
     };
     rig.solve(&Parameters::rest(MUSCLES)).unwrap();
-    fitter.fit(rig, &map.rest(), &mut |_| {}).unwrap()
+    rig.fit(&fitter, &map.rest(), &mut |_| {}).unwrap()
 }
 
 /// The bound belongs to the jaw's angle, wherever that stands among the numbers.

@@ -69,7 +69,7 @@ fn observations_of_other_nodes_are_refused_by_derivatives_and_fits() {
             parametrization: &map,
             params: &params,
         };
-        let error = fitter.fit(&mut rig, &map.rest(), &mut |_| {}).err();
+        let error = rig.fit(&fitter, &map.rest(), &mut |_| {}).err();
         assert!(
             matches!(&error, Some(FitError::Pose(e)) if matches!(**e, RigError::Assembly(_))),
             "{error:?}"

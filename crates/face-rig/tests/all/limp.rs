@@ -1,6 +1,7 @@
 //! Flesh without any stiffness has no equilibrium to find.
 
-use face_rig::rig::{Rig, RigError, RigParams};
+use super::promise::Rig;
+use face_rig::rig::{RigError, RigParams};
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs};
 use fem_materials::NeoHookean;

@@ -1,9 +1,10 @@
 //! What a landmark's weight is worth.
 
 use super::derivatives::{MUSCLES, largest, rig};
+use super::promise::Rig;
 use face_rig::anatomy::{EmbeddedPoint, JawHinge};
 use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Parametrization};
-use face_rig::rig::{AllNodes, EmbeddedPoints, Parameters, Rig, RigParams};
+use face_rig::rig::{AllNodes, EmbeddedPoints, Parameters, RigParams};
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Dofs};
 use fem_materials::NeoHookean;
@@ -46,7 +47,7 @@ fn a_point_comes_to_rest_at_the_mean_of_its_targets_by_weight() {
             parametrization: &parametrization,
             params: &params,
         };
-        let fit = fitter.fit(&mut rig, &[0.0; 6], &mut |_| {}).unwrap();
+        let fit = rig.fit(&fitter, &[0.0; 6], &mut |_| {}).unwrap();
         let moved = fit.positions[node][0] - rest[0];
         assert!((moved - 0.01 * mean).abs() < 1e-7, "{weights:?}: {moved}");
     }
@@ -89,7 +90,7 @@ fn neither_a_common_factor_of_weights_nor_the_first_damping_changes_a_fit() {
             params: &params,
         };
         rig.solve(&Parameters::rest(MUSCLES)).unwrap();
-        fitter.fit(&mut rig, &map.rest(), &mut |_| {}).unwrap().q
+        rig.fit(&fitter, &map.rest(), &mut |_| {}).unwrap().q
     };
     let expected = fit(1.0, 1e-3);
     for (factor, initial) in [(1e-9, 1e-3), (1e12, 1e-3), (1.0, 1e9)] {

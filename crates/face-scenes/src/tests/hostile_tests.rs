@@ -1,75 +1,11 @@
 //! Files that someone has damaged: read, or refused by name; never a panic.
 
 use super::*;
+use fuzz::{Damage, EFFORT};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Marsaglia's xorshift: the same damage in every run.
-struct Damage(u64);
-
-/// What a hand or a broken program puts into tables and JSON.
-const TOKENS: [&str; 20] = [
-    "NaN",
-    "1e999",
-    "-1",
-    "4294967296",
-    "18446744073709551616",
-    "0",
-    "-0.0",
-    "1e-320",
-    "null",
-    "true",
-    "\"",
-    "{",
-    "}",
-    "[",
-    "]",
-    ",",
-    ",,",
-    "\r",
-    "\u{feff}",
-    "µ",
-];
-
-impl Damage {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as usize % bound.max(1)
-    }
-
-    /// One to three changes of a text.
-    fn of(&mut self, text: &str) -> Vec<u8> {
-        let mut bytes = text.as_bytes().to_vec();
-        for _ in 0..=self.below(3) {
-            let at = self.below(bytes.len());
-            let end = (at + self.below(24)).min(bytes.len());
-            match self.below(6) {
-                0 => bytes.truncate(at),
-                1 => drop(bytes.drain(at..end)),
-                2 => {
-                    let piece = bytes[at..end].to_vec();
-                    let place = self.below(bytes.len());
-                    bytes.splice(place..place, piece);
-                }
-                3 => {
-                    let byte = self.below(256) as u8;
-                    bytes.splice(at..end.min(at + 1), [byte]);
-                }
-                _ => {
-                    let token = TOKENS[self.below(TOKENS.len())];
-                    // In place of a number or a word.
-                    let length = bytes[at..]
-                        .iter()
-                        .take_while(|b| b.is_ascii_alphanumeric())
-                        .count();
-                    bytes.splice(at..at + length, token.bytes());
-                }
-            }
-        }
-        bytes
-    }
-}
+#[path = "../../../../tests/fuzz.rs"]
+mod fuzz;
 
 /// The scene of these tests with everything that can be in another file.
 fn with_every_reader() -> (Files, Vec<(&'static str, String)>) {
@@ -129,8 +65,11 @@ fn with_every_reader() -> (Files, Vec<(&'static str, String)>) {
 fn damaged(files: &Files, (name, text): (&str, &str), damage: &mut Damage, rounds: usize) {
     let folder = files.path("").display().to_string();
     let (mut read, mut refused) = (0, 0);
+    let rounds = EFFORT * rounds;
     for _ in 0..rounds {
         let bytes = damage.of(text);
+        // A file that is cut and written again waits for the disk, a new one does not.
+        fs::remove_file(files.path(name)).expect("there");
         fs::write(files.path(name), &bytes).expect("writable");
         let shown = || format!("{name}:\n{}", String::from_utf8_lossy(&bytes));
         let loaded = catch_unwind(AssertUnwindSafe(|| {
@@ -184,7 +123,7 @@ fn damaged_influences_are_read_or_refused() {
     files.load().expect("a sound scene");
     let text = fs::read_to_string(files.path("scene.json")).expect("readable");
     let mut damage = Damage(0x0123_4567_89ab_cdef);
-    damaged(&files, ("scene.json", &text), &mut damage, 500);
+    damaged(&files, ("scene.json", &text), &mut damage, 6000);
 }
 
 /// Numbers on the command line: read, or refused.
@@ -193,7 +132,7 @@ fn damaged_settings_are_read_or_refused() {
     let mut damage = Damage(0xfedc_ba98_7654_3210);
     let muscles = Files::new().load().expect("a sound scene").muscles;
     for text in ["smile=0.5", "smile_R=1e-3", "12deg", "-0.2rad", "7.5 deg"] {
-        for _ in 0..400 {
+        for _ in 0..20_000 * EFFORT {
             let bytes = damage.of(text);
             let text = String::from_utf8_lossy(&bytes);
             let angle = catch_unwind(|| crate::parse_angle(&text).map_err(|e| e.to_string()));
@@ -207,6 +146,26 @@ fn damaged_settings_are_read_or_refused() {
                     values.iter().all(|v| (0.0..=1.0).contains(v)),
                     "{text:?}: {values:?}"
                 ),
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
+}
+
+/// Controls beside activations on the command line.
+#[test]
+fn damaged_controls_are_read_or_refused() {
+    let mut damage = Damage(0x2468_ace0_1357_9bdf);
+    let scene = influence_tests::with(influence_tests::ALL).load();
+    let influences = scene.expect("a sound scene").influences;
+    for text in ["tape=0.5", "mouth=40", "weight = 0.3", "smiler=-0.2"] {
+        assert!(crate::parse_controls(&influences, [text]).is_ok(), "{text}");
+        for _ in 0..20_000 * EFFORT {
+            let bytes = damage.of(text);
+            let text = String::from_utf8_lossy(&bytes);
+            let set = catch_unwind(|| crate::parse_controls(&influences, [&*text]));
+            match set.unwrap_or_else(|_| panic!("a panic by {text:?}")) {
+                Ok(values) => assert!(values.iter().all(|v| v.is_finite()), "{text:?}: {values:?}"),
                 Err(error) => assert!(!error.to_string().is_empty()),
             }
         }

@@ -2,8 +2,12 @@
 
 use super::*;
 use face_rig::fit::{CraniumModel, JawModel};
-use face_rig::rig::{Direction, Parameters, Rig, RigParams};
+use face_rig::rig::{Direction, Parameters, RigParams};
 use fem_assembly::Cavity;
+use promise::Rig;
+
+#[path = "../../../face-rig/tests/all/promise.rs"]
+pub(super) mod promise;
 
 /// The block with these entries behind its material.
 pub(super) fn with(entries: &str) -> Files {
@@ -14,7 +18,8 @@ pub(super) fn with(entries: &str) -> Files {
 }
 
 fn rig(scene: &Scene) -> Rig {
-    scene.rig(RigParams::default()).expect("a rig")
+    let params = RigParams::default();
+    Rig::of(scene.rig(params).expect("a rig"), params)
 }
 
 fn solved(scene: &Scene, change: impl FnOnce(&mut Parameters)) -> Vec<[f64; 3]> {
@@ -94,7 +99,7 @@ fn the_columns_of_a_scene_agree_with_differences() {
     let scene = Scene::load(files.path("scene.json")).expect("a scene");
     let mut params = RigParams::default();
     params.newton.gradient_tolerance = 1e-12;
-    let mut rig = scene.rig(params).expect("a rig");
+    let mut rig = Rig::of(scene.rig(params).expect("a rig"), params);
     let mut pose = scene.rest_pose();
     pose.activations = vec![0.1, 0.2];
     let names = [

@@ -1,5 +1,6 @@
 //! What a file says is what a scene means.
 
+use super::influence_tests::promise::Rig;
 use super::*;
 use face_rig::fit::{CraniumModel, FitParams, Parametrization};
 use face_rig::rig::RigParams;
@@ -34,20 +35,23 @@ fn a_landmark_without_weight_counts_nowhere() {
         let scene = files.load().expect("a sound scene");
         let (muscles, jaw) = (scene.muscles.len(), scene.jointed_jaw());
         let map = Parametrization::of_all(muscles, CraniumModel::Fixed, jaw);
-        let mut rig = scene.rig(RigParams::default()).expect("a rig");
+        let rig_params = RigParams::default();
+        let mut rig = Rig::of(scene.rig(rig_params).expect("a rig"), rig_params);
         let start = map.rest();
         let target = scene.target("smile").expect("a target");
         let (seen, params) = (Observed::Landmarks, FitParams::default());
-        fit_expression(
-            &scene,
-            &mut rig,
-            target,
-            seen,
-            &map,
-            &params,
-            &start,
-            &mut |_| {},
-        )
+        rig.lent(|rig| {
+            fit_expression(
+                &scene,
+                rig,
+                target,
+                seen,
+                &map,
+                &params,
+                &start,
+                &mut |_| {},
+            )
+        })
         .expect("a fit")
     };
     let alone = fitted("smile,0,7,0.01,0,0,1\n");
@@ -198,7 +202,8 @@ fn a_fit_counts_the_tets_that_ended_inside_out() {
     let jaw = face_rig::fit::JawModel::Rigid { point };
     let map = Parametrization::of_all(scene.muscles.len(), CraniumModel::Fixed, jaw);
     for (back, inverted) in [(0.0, false), (0.12, true)] {
-        let mut rig = scene.rig(RigParams::default()).expect("a rig");
+        let rig_params = RigParams::default();
+        let mut rig = Rig::of(scene.rig(rig_params).expect("a rig"), rig_params);
         let mut start = map.rest();
         let last = start.len() - 1;
         start[last] = -back;
@@ -207,17 +212,21 @@ fn a_fit_counts_the_tets_that_ended_inside_out() {
             ..FitParams::default()
         };
         let target = scene.target("smile").expect("a target");
-        let fit = fit_expression(
-            &scene,
-            &mut rig,
-            target,
-            Observed::Landmarks,
-            &map,
-            &params,
-            &start,
-            &mut |_| {},
-        )
-        .expect("a report");
+        let seen = Observed::Landmarks;
+        let fit = rig
+            .lent(|rig| {
+                fit_expression(
+                    &scene,
+                    rig,
+                    target,
+                    seen,
+                    &map,
+                    &params,
+                    &start,
+                    &mut |_| {},
+                )
+            })
+            .expect("a report");
         let turned = |tet: usize| {
             let [a, b, c, d] = scene.mesh.tet(tet).map(|n| fit.positions[n as usize]);
             let edge = |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| p[k] - a[k]) };

@@ -4,8 +4,9 @@
 //! of the muscles of the face; `docs/builtin.md` has the table.
 
 use crate::motion::{Motion, Probe, length, parameters, pose};
+use crate::promise::Rig;
 use face_rig::anatomy::Bone;
-use face_rig::rig::{Equilibrium, Rig, RigParams};
+use face_rig::rig::{Equilibrium, RigParams};
 use face_scenes::Scene;
 use face_scenes::builtin::Ornament;
 
@@ -25,7 +26,8 @@ struct Stage {
 impl Stage {
     fn new(tets: usize) -> Self {
         let scene = Scene::builtin(tets).expect("a face");
-        let rig = scene.rig(RigParams::default()).expect("a rig");
+        let params = RigParams::default();
+        let rig = Rig::of(scene.rig(params).expect("a rig"), params);
         Self {
             probe: Probe::new(tets),
             rest: rig.equilibrium().clone(),
@@ -39,6 +41,8 @@ impl Stage {
         let parameters = parameters(&self.scene, muscles, sides, 1.0);
         self.rig.start_from(self.rest.clone()).expect("rest");
         let positions = pose(&mut self.rig, &parameters).expect("an equilibrium");
+        self.rig
+            .check_afresh(self.scene.assembly().expect("a body"));
         let motion = self.probe.motion(&self.rig, &positions);
         assert_eq!(motion.inverted, 0, "{muscles:?}");
         motion
@@ -154,6 +158,8 @@ fn the_jaw_opens_to_35_degrees_with_nothing_inside_out() {
         open.jaw = stage.scene.joint.motion(numbers).0;
         stage.rig.start_from(stage.rest.clone()).expect("rest");
         let positions = pose(&mut stage.rig, &open).expect("an equilibrium");
+        let fresh = stage.scene.assembly().expect("a body");
+        stage.rig.check_afresh(fresh);
         let m = stage.probe.motion(&stage.rig, &positions);
         assert_eq!(m.inverted, 0, "{degrees}");
         assert!(m.lip_gap[1] > 0.7 * degrees, "{degrees}: {m:?}");

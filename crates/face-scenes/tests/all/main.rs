@@ -2,3 +2,5 @@
 
 mod builtin_muscles;
 mod motion;
+#[path = "../../../face-rig/tests/all/promise.rs"]
+mod promise;

@@ -1,8 +1,9 @@
 //! Where the landmarks of the built-in face go when muscles pull: millimeters, seen by the face's own
 //! left side.
 
+use crate::promise::Rig;
 use face_rig::anatomy::EmbeddedPoint;
-use face_rig::rig::{Parameters, Rig, RigError};
+use face_rig::rig::{Parameters, RigError};
 use face_scenes::Scene;
 use face_scenes::builtin::{BuiltinFace, Side};
 

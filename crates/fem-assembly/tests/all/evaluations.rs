@@ -1,16 +1,16 @@
 //! Nobody pays for what a scene does not need: what a solve evaluates, counted and pinned.
 
+use crate::promise::{Newton, solve_renewing};
 use fem_assembly::mesh::{SimplexMesh, kuhn_grid};
 use fem_assembly::{
-    Assembly, AssemblyBuilder, Configuration, Dofs, EnergySink, Fiber, FleshContact,
+    Assembly, AssemblyBuilder, Configuration, Dofs, EnergySink, Evaluations, Fiber, FleshContact,
     FleshContactParams, GradientSink, HessianSink, Passes, Quasistatic, Stencils, Term,
-    solve_renewing,
 };
 use fem_kinematics::{HessianProjection, Real};
 use fem_materials::curves::{CurvePoint, PhysBam, Tendon, TensionCurve};
 use fem_materials::isotropic::ByStretches;
 use fem_materials::{CorotatedLinear, FiberLaw, Material, NeoHookean, Stretch};
-use fem_solvers::{BlockSymmetric, Newton, NewtonParams};
+use fem_solvers::{BlockSymmetric, NewtonParams};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -65,12 +65,15 @@ impl Bar {
     fn of(&self, material: impl Material<3> + 'static) -> Assembly<3> {
         self.builder().material(material).unwrap().build().unwrap()
     }
-    fn solve(&self, body: &Assembly<3>) {
+    /// What a solve evaluates.
+    fn solve(&self, body: &Assembly<3>) -> Evaluations {
         let controls = vec![0.0; body.controls()];
         let problem = Quasistatic::new(body, self.moved.clone(), controls).unwrap();
         let mut x = problem.unknowns();
-        let done = Newton::new(&problem).solve(&problem, &mut x, &NewtonParams::default());
+        let mut newton = Newton::new(&problem);
+        let done = newton.solve(&problem, &mut x, &NewtonParams::default());
         assert!(done.unwrap().iterations > 1);
+        newton.evaluated()
     }
 }
 
@@ -109,8 +112,7 @@ fn each_felt_element_counts_once_in_each_pass_and_no_other() {
 fn a_definite_solve_of_a_closed_form_decomposes_and_projects_nothing() {
     let bar = bar(1.2);
     let body = bar.of(FLESH);
-    bar.solve(&body);
-    let done = body.evaluations();
+    let done = bar.solve(&body);
     assert!(done.elements.hessians > bar.felt);
     assert_eq!((done.decompositions, done.projections), (0, 0));
     assert_eq!((done.fibers, done.contacts), Default::default());
@@ -124,8 +126,7 @@ fn a_model_of_the_stretches_decomposes_once_for_each_evaluation() {
         mu: 1e4,
         lambda: 2e4,
     }));
-    bar.solve(&body);
-    let done = body.evaluations();
+    let done = bar.solve(&body);
     let Passes {
         energies,
         gradients,
@@ -144,8 +145,7 @@ fn squashed_flesh_is_projected_and_stretched_flesh_is_not() {
     let projected = |stretch| {
         let bar = bar(stretch);
         let body = bar.of(FLESH);
-        bar.solve(&body);
-        let done = body.evaluations();
+        let done = bar.solve(&body);
         // An isotropic model is projected in the frame of its stretches.
         assert_eq!(done.decompositions, done.projections);
         done.projections / bar.felt
@@ -341,7 +341,7 @@ fn nothing_touches_far_from_a_surface() {
         let mut newton = Newton::new(&Quasistatic::new(&body, start.clone(), vec![]).unwrap());
         let params = NewtonParams::default();
         solve_renewing(&mut body, &mut newton, start, &[], &params).unwrap();
-        body.evaluations()
+        newton.evaluated()
     };
     let far = touched(1.0);
     assert!(far.searches > 0 && far.elements.hessians > 0);

@@ -1,14 +1,13 @@
 //! What can move with nothing to stop it is found before a solve.
 #![allow(non_snake_case)]
 
+use crate::promise::Newton;
 use fem_assembly::mesh::{Orientation, Orphans, SimplexMesh, kuhn_grid};
 use fem_assembly::{
     AssemblyBuilder, Dofs, FreePart, NodalLoads, Quasistatic, RigidMotion, Springs,
 };
 use fem_materials::{HessianProjection, Lame, NeoHookean, Space};
-use fem_solvers::{
-    BlockSymmetric, CholeskyError, CholeskyFactor, Newton, NewtonFailure, SymbolicCholesky,
-};
+use fem_solvers::{BlockSymmetric, CholeskyError, CholeskyFactor, NewtonFailure, SymbolicCholesky};
 use std::sync::Arc;
 
 fn parts(mesh: &SimplexMesh<3>, nodes: &[usize], axes: &[(usize, usize)]) -> Vec<FreePart<3>> {

@@ -1,9 +1,10 @@
 //! Newton steps where the flesh follows its bones to first order.
 
+use crate::promise::{Newton, solve_walking};
 use crate::sheared_square::{moved, square};
-use fem_assembly::{Quasistatic, solve_walking};
+use fem_assembly::Quasistatic;
 use fem_materials::{Lame, NeoHookean, Space};
-use fem_solvers::{ContinuationParams, Newton, NewtonParams};
+use fem_solvers::{ContinuationParams, NewtonParams};
 
 #[test]
 fn a_sheared_square_takes_few_steps_on_coarse_and_finer_meshes() {

@@ -1,6 +1,7 @@
 //! Bodies cut by planes of symmetry: prescribed axes of partly free nodes are no unknowns.
 #![allow(non_snake_case)]
 
+use crate::promise::Newton;
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{
     Assembly, AssemblyBuilder, Configuration, Dofs, EnergySink, GradientSink, HessianSink,
@@ -10,7 +11,7 @@ use fem_kinematics::Mat;
 use fem_materials::{Material, NeoHookean};
 use fem_solvers::{
     BlockSymmetric, CholeskyFactor, HessianProjection, LinearSolver, MultigridDirection,
-    MultigridParams, Newton, NewtonParams, PreconditionerChoice,
+    MultigridParams, NewtonParams, PreconditionerChoice,
 };
 use std::ops::Range;
 

@@ -1,5 +1,6 @@
 //! Runs beside a saved one.
 
+use crate::fuzz::{Damage, EFFORT};
 use bench::{Axis, Baseline, Claim, Curve, Point};
 use std::collections::BTreeMap;
 
@@ -71,4 +72,36 @@ fn what_was_written_is_read_and_another_machine_is_refused() {
     let told = told.expect_err("another machine").to_string();
     assert!(told.contains("of another kind"), "{told}");
     assert!(Baseline::read(&folder.path().join("none")).is_err());
+}
+
+/// A saved run that someone has damaged is compared, or refused by the file's name.
+#[test]
+fn damaged_baselines_are_compared_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.json");
+    let own = run([1.0, 2.0], [0.5, 0.25]);
+    own.write(&path).expect("written");
+    let text = std::fs::read_to_string(&path).expect("readable");
+    let mut damage = Damage(0x1357_9bdf_0246_8ace);
+    let (mut compared, mut refused) = (0, 0);
+    for _ in 0..EFFORT * 5000 {
+        let bytes = damage.of(&text);
+        std::fs::remove_file(&path).expect("there");
+        std::fs::write(&path, &bytes).expect("writable");
+        match Baseline::read(&path) {
+            Ok(then) => match own.changes_since(&then) {
+                Ok(changes) => {
+                    assert!(changes.iter().all(|c| c.points > 0), "{changes:?}");
+                    compared += 1;
+                }
+                Err(error) => assert!(error.to_string().contains("baseline"), "{error}"),
+            },
+            Err(error) => {
+                let told = error.to_string();
+                assert!(told.contains(&path.display().to_string()), "{told}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(compared > 10 && refused > 10, "{compared}, {refused}");
 }

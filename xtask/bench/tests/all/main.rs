@@ -2,6 +2,8 @@
 
 mod baseline;
 mod curve;
+#[path = "../../../../tests/fuzz.rs"]
+mod fuzz;
 mod instructions;
 mod radial;
 mod scenes;

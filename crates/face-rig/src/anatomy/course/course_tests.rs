@@ -340,6 +340,11 @@ fn each_defect_has_its_own_error() {
     assert_eq!(along, CourseError::Normal { line: 0, point: 0 });
     let far = error(course(&[&[[1.0; 3], [1.1; 3]]], false, round));
     assert!(far.to_string().contains("meets no tetrahedron"), "{far}");
+    // So thin that its square and its half are 0.
+    for radius in [1e-120, 1e-200, 5e-324] {
+        let thin = error(course(&[&line], false, Section::Round { radius }));
+        assert!(matches!(thin, CourseError::TooFine { .. }), "{thin}");
+    }
     // Micrometers taken for meters, and a strap as wide as a country: not swept for hours.
     let wide = Section::Strap {
         width: 1e6,

@@ -142,15 +142,16 @@ impl Course {
             .flat_map(|line| line.windows(2))
             .map(|w| norm(sub(w[1], w[0])))
             .sum();
+        let finest = self.section.finest();
+        // In multiples of the finest length: its cube may be 0.
         let area = match self.section {
-            Section::Round { radius } => radius * radius,
+            Section::Round { .. } => 1.0,
             Section::Strap {
                 width, thickness, ..
-            } => width * thickness,
-            Section::Sheet { thickness, .. } => extent * thickness,
+            } => (width / finest) * (thickness / finest),
+            Section::Sheet { .. } => extent / finest,
         };
-        let finest = self.section.finest();
-        match length * area <= MOST_CUBES * finest.powi(3) {
+        match (length / finest) * area <= MOST_CUBES {
             true => Ok(()),
             false => Err(CourseError::TooFine { extent, finest }),
         }

@@ -4,6 +4,8 @@ use super::super::{
 use super::super::{QuadraticMesh, Values};
 use std::path::{Path, PathBuf};
 
+#[path = "../../../../../tests/fuzz.rs"]
+mod fuzz;
 mod hostile_tests;
 mod samples_tests;
 mod variants_tests;

@@ -3,6 +3,7 @@
 use super::super::super::{MeshFile, Orientation, Orphans};
 use super::super::grid::Grid;
 use super::super::{legacy, write, xml};
+use super::fuzz::EFFORT;
 use super::variants_tests::{self as variants, Mode, Packing, Variant};
 use std::path::{Path, PathBuf};
 
@@ -230,7 +231,7 @@ fn use_grid(grid: Grid, bytes: usize) {
 fn mutations(name: &str, original: &[u8], rounds: usize, read: impl Fn(&[u8]) -> Option<Grid>) {
     assert!(read(original).is_some(), "{name}");
     let mut dice = Dice(0x9E37_79B9_7F4A_7C15 ^ original.len() as u64);
-    for _ in 0..rounds {
+    for _ in 0..EFFORT * rounds {
         let mut bytes = original.to_vec();
         for _ in 0..=dice.roll(3) {
             if !bytes.is_empty() {
@@ -250,9 +251,9 @@ fn mutated_vtu_files_neither_panic_nor_take_memory() {
         for variant in variants::all(256) {
             let name = format!("{variant:?}");
             let bytes = variant.written(&file);
-            mutations(&name, &bytes, 60, |bytes| xml::read(bytes).ok());
+            mutations(&name, &bytes, 300, |bytes| xml::read(bytes).ok());
         }
-        mutations("own", &write::xml(&file), 500, |bytes| {
+        mutations("own", &write::xml(&file), 2500, |bytes| {
             xml::read(bytes).ok()
         });
     });
@@ -262,11 +263,11 @@ fn mutated_vtu_files_neither_panic_nor_take_memory() {
 fn mutated_legacy_files_neither_panic_nor_take_memory() {
     within_memory("mutated legacy files", || {
         let read = |bytes: &[u8]| legacy::read(bytes).ok();
-        mutations("own", &write::legacy(&variants::mesh()), 1000, read);
+        mutations("own", &write::legacy(&variants::mesh()), 5_000, read);
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/mesh/vtk/samples");
         for name in ["42_ascii", "42_binary", "51_ascii", "51_binary"] {
             let bytes = std::fs::read(folder.join(format!("legacy_{name}.vtk"))).expect(name);
-            mutations(name, &bytes, 1500, read);
+            mutations(name, &bytes, 7_500, read);
         }
     });
 }
