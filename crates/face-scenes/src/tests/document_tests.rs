@@ -1,10 +1,12 @@
 //! What the documents let one choose, as fields of a scene: the threshold on the stretches, penalties,
 //! QR inside Newton's method, the weights of orthogonality.
 
+use super::influence_tests::promise::Rig;
+use super::influence_tests::rig;
 use super::influence_tests::with;
 use super::*;
 use crate::LinearMethod;
-use face_rig::rig::{Rig, RigParams};
+use face_rig::rig::RigParams;
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs};
 use fem_materials::inversion::Thresholded;
 use fem_materials::{Lame, NeoHookean};
@@ -23,7 +25,7 @@ fn pushed(inversion: &str) -> Scene {
 }
 
 fn posed(scene: &Scene, push: f64) -> Result<Rig, String> {
-    let mut rig = scene.rig(RigParams::default()).expect("a rig");
+    let mut rig = rig(scene);
     let mut pose = scene.rest_pose();
     pose.controls[0] = push;
     match rig.solve(&pose) {
@@ -154,7 +156,7 @@ fn a_penalty_pushes_nodes_out_by_stiffness_times_depth() {
     }
     // Solved, the top comes down, further under a stiffer wall and never past it.
     let top = |factor: f64| {
-        let mut rig = scene.rig(RigParams::default()).expect("a rig");
+        let mut rig = rig(&scene);
         let mut pose = scene.rest_pose();
         pose.controls[0] = factor;
         let x = rig.solve(&pose).expect("an equilibrium").positions();
@@ -195,7 +197,7 @@ fn newton_by_qr_finds_the_same_pose_and_says_when_a_face_is_too_large() {
     let by_qr = with(r#""linear_solver": "qr""#).load().expect("a scene");
     assert_eq!(plain.linear_solver, LinearMethod::Rig);
     let positions = |scene: &Scene| {
-        let mut rig = scene.rig(RigParams::default()).expect("a rig");
+        let mut rig = rig(&scene);
         let mut pose = scene.rest_pose();
         pose.activations = vec![0.4, 0.2];
         let solved = rig.solve(&pose).expect("an equilibrium");
@@ -209,10 +211,8 @@ fn newton_by_qr_finds_the_same_pose_and_says_when_a_face_is_too_large() {
     }
     let mut face = Scene::builtin(20_000).expect("a face");
     face.linear_solver = LinearMethod::Qr;
-    let error = face
-        .rig(RigParams::default())
-        .expect_err("too large")
-        .to_string();
+    let error = Scene::rig(&face, RigParams::default());
+    let error = error.expect_err("too large").to_string();
     expect(&error, &["linear_solver", "at most 3000 unknowns"]);
 }
 

@@ -17,7 +17,7 @@ pub(super) fn with(entries: &str) -> Files {
     files
 }
 
-fn rig(scene: &Scene) -> Rig {
+pub(super) fn rig(scene: &Scene) -> Rig {
     let params = RigParams::default();
     Rig::of(scene.rig(params).expect("a rig"), params)
 }

@@ -1,12 +1,13 @@
 //! A pose with two shapes: the one whose skin does not pass through itself is taken.
 
+use super::influence_tests::rig;
 use super::*;
 use crate::uncrossed::taken_up_again;
 use face_rig::anatomy::Bones;
 use face_rig::fit::{
     CraniumModel, FitIteration, FitParams, FitReport, Goals, JawModel, Parametrization,
 };
-use face_rig::rig::{Equilibrium, RigParams};
+use face_rig::rig::Equilibrium;
 use fem_assembly::FleshContactParams;
 
 /// How far the jaw brings the lower block up, and what lies between the blocks at rest, meters.
@@ -80,7 +81,7 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
     let (target, map, params) = (shut(&scene), rigid(&scene), FitParams::default());
     let goals: Goals = target.landmarks.iter().copied().collect();
     let fitter = goals.fitter(&map, &params);
-    let mut rig = scene.rig(RigParams::default()).expect("a rig");
+    let mut rig = rig(&scene);
     let rest = rig.equilibrium().positions();
     // What a fit tells of its last step, and the distance of the shape that it leaves.
     for (share, goes_on) in [(1.0, false), (0.9, true)] {
@@ -103,7 +104,7 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
             positions: rest.clone(),
         };
         let first = (report, Outcome::NotConverged(Unfinished::Steps(3)));
-        let ended = taken_up_again(&mut rig, &fitter, &goals, first, &mut |_| {});
+        let ended = rig.lent(|rig| taken_up_again(rig, &fitter, &goals, first, &mut |_| {}));
         let (report, outcome) = ended.expect("a fit");
         let converged = matches!(outcome, Outcome::Converged(_));
         assert_eq!(converged, goes_on, "{outcome:?}");
@@ -130,7 +131,7 @@ fn lips_that_have_passed_through_each_other_are_brought_back() {
     lower.for_each(|x| x[1] += RISE);
     let skin = scene.skin.as_ref().expect("a skin");
     assert!(skin.crossings(&passed) > 10, "{}", skin.crossings(&passed));
-    let mut rig = scene.rig(RigParams::default()).expect("a rig");
+    let mut rig = rig(&scene);
     let wrong = Equilibrium {
         parameters: parameters.clone(),
         in_cranium_frame: passed.clone(),
@@ -139,17 +140,21 @@ fn lips_that_have_passed_through_each_other_are_brought_back() {
     let stays = rig.solve(&parameters).expect("an equilibrium").positions();
     assert_eq!(skin.crossings(&stays), skin.crossings(&passed));
 
-    let fit = fit_expression(
-        &scene,
-        &mut rig,
-        &target,
-        Observed::Landmarks,
-        &map,
-        &FitParams::default(),
-        &start,
-        &mut |_| {},
-    )
-    .expect("a fit");
+    let params = FitParams::default();
+    let fit = rig
+        .lent(|rig| {
+            fit_expression(
+                &scene,
+                rig,
+                &target,
+                Observed::Landmarks,
+                &map,
+                &params,
+                &start,
+                &mut |_| {},
+            )
+        })
+        .expect("a fit");
     // The blocks have no joint, of which the jaw is taken to have left it.
     assert!(
         matches!(fit.outcome, Outcome::Impossible(_)),

@@ -1,13 +1,13 @@
 //! Whoever solves a body that too little holds is told so: before the solve where it is asked for, and by
 //! the error of a solve that failed.
 
+use crate::promise::{Newton, solve_renewing};
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{
     Assembly, AssemblyBuilder, AssemblyError, Dofs, NodalLoads, Quasistatic, RenewingError,
-    solve_renewing,
 };
 use fem_materials::NeoHookean;
-use fem_solvers::{LinearSolver, Newton, NewtonError, NewtonParams, PreconditionerChoice};
+use fem_solvers::{LinearSolver, NewtonError, NewtonParams, PreconditionerChoice};
 
 /// A cube pulled at one corner and held where asked.
 fn cube(held: impl Fn(&[f64; 3]) -> bool) -> Assembly<3> {
