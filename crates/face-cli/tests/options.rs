@@ -472,7 +472,7 @@ fn jacobian(scene: &Scene, pose: &Parameters) -> Vec<Vec<f64>> {
 fn multigrid_is_used_when_asked_for_and_never_when_not() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    files(at);
+    with_targets(at);
     let pose = ["--set", "wide=0.4", "--jaw", "2deg"];
     let with = |multigrid: &[&str]| {
         let results = report(at, "simulate", &[&pose[..], multigrid].concat()).1["results"].clone();
@@ -492,6 +492,14 @@ fn multigrid_is_used_when_asked_for_and_never_when_not() {
         always.0 > 0 && (always.1 / never.1 - 1.0).abs() < 1e-9,
         "{always:?} {never:?}"
     );
+    for (word, iterates) in [("always", true), ("never", false), ("auto", false)] {
+        for (command, work) in [("jacobian", "work"), ("fit", "fits/0/work")] {
+            let done = report(at, command, &["--multigrid", word]).1;
+            let work = done.pointer(&format!("/results/{work}")).unwrap();
+            let counts = (work["linear_iterations"] != 0, work["factorizations"] == 0);
+            assert_eq!(counts, (iterates, iterates), "{command} {word}");
+        }
+    }
 }
 
 #[test]

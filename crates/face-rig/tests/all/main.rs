@@ -8,4 +8,5 @@ mod derivatives;
 mod fits;
 mod lengths;
 mod limp;
+mod multilevel;
 mod weights;

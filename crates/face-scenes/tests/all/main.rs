@@ -1,4 +1,5 @@
 //! The library from outside.
 
 mod builtin_muscles;
+mod derivative;
 mod motion;
