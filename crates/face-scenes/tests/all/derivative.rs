@@ -4,7 +4,7 @@ use crate::motion::parameters;
 use face_rig::rig::{Direction, JacobianRoute, MultigridUse, Rig, RigParams};
 use face_scenes::{Contact, Scene};
 
-const TETS: usize = 3_000;
+const TETS: usize = 4_000;
 
 fn off(found: &[f64], exact: &[f64]) -> f64 {
     let largest =
