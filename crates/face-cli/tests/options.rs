@@ -483,7 +483,7 @@ fn jacobian(scene: &Scene, pose: &Parameters) -> Vec<Vec<f64>> {
 fn multigrid_is_used_when_asked_for_and_never_when_not() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    files(at);
+    with_targets(at);
     let pose = ["--set", "wide=0.4", "--jaw", "2deg"];
     let with = |multigrid: &[&str]| {
         let results = report(at, "simulate", &[&pose[..], multigrid].concat()).1["results"].clone();
@@ -503,6 +503,14 @@ fn multigrid_is_used_when_asked_for_and_never_when_not() {
         always.0 > 0 && (always.1 / never.1 - 1.0).abs() < 1e-9,
         "{always:?} {never:?}"
     );
+    for (word, iterates) in [("always", true), ("never", false), ("auto", false)] {
+        for (command, work) in [("jacobian", "work"), ("fit", "fits/0/work")] {
+            let done = report(at, command, &["--multigrid", word]).1;
+            let work = done.pointer(&format!("/results/{work}")).unwrap();
+            let counts = (work["linear_iterations"] != 0, work["factorizations"] == 0);
+            assert_eq!(counts, (iterates, iterates), "{command} {word}");
+        }
+    }
 }
 
 #[test]
@@ -568,15 +576,9 @@ fn a_pose_counts_the_tets_that_are_inside_out() {
     let mesh = mesh();
     for (shift, some) in [("0,0,-2", false), ("0,0,-120", true)] {
         let options = ["--jaw-shift", shift, "--write", "vtu"];
+        let quiet = "simulate scene.json --json --force --pictures none";
         let output = Command::new(env!("CARGO_BIN_EXE_face-rig"))
-            .args([
-                "simulate",
-                "scene.json",
-                "--json",
-                "--force",
-                "--pictures",
-                "none",
-            ])
+            .args(quiet.split(' '))
             .args(options)
             .current_dir(at)
             .output()

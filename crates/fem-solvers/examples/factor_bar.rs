@@ -1,12 +1,13 @@
 //! Cholesky of a vector Laplacian on a bar of n × n × 4n cubes, six tetrahedra each, both ends held.
 //!
 //! `cargo run --release --example factor_bar -- 8 16 24` prints ordering, fill, and factor and solve
-//! times with one and two threads, and those of conjugate gradients on a multigrid hierarchy.
+//! times with one and two threads, and those of conjugate gradients on a multigrid hierarchy, for one
+//! right-hand side and for several together.
 
 use fem_solvers::{
     AssumedPositiveDefinite, BlockPattern, BlockSymmetric, CholeskyFactor, LinearOperator,
     MatrixPreconditioner, Multigrid, MultigridParams, NearKernel, PcgParams, RefineParams,
-    SymbolicCholesky, pcg,
+    SolveManyParams, SymbolicCholesky, pcg,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -118,6 +119,21 @@ fn multigrid(
         1e3 * renewal,
         1e3 * solve
     );
+    let params = SolveManyParams::default();
+    for count in [1, 8, 40] {
+        let columns = rhs.iter().enumerate().map(|(i, v)| v + (i % 7) as f64);
+        let block: Vec<f64> = columns.cycle().take(count * a.dim()).collect();
+        let (mut x, mut iterations) = (block.clone(), 0);
+        let solve = best(repeats, || {
+            x.copy_from_slice(&block);
+            let info = multigrid.solve_many(a, &mut x, count, &params);
+            iterations = info.map_or(0, |info| info.iterations);
+        });
+        println!(
+            "    {count} columns: {iterations} iterations in {:.2} ms",
+            1e3 * solve
+        );
+    }
 }
 
 fn seconds<R>(f: impl FnOnce() -> R) -> (R, f64) {

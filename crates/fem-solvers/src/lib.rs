@@ -96,6 +96,7 @@ pub use gauss_newton::{
 };
 pub use multigrid::{
     LevelScalar, Multigrid, MultigridInfo, MultigridParams, NearKernel, NearKernelError,
+    SolveManyInfo, SolveManyParams,
 };
 pub use newton::{
     Descent, DescentDirection, DescentOutcome, HessianProjection, LineSearchParams, LinearSolver,

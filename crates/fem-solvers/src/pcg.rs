@@ -457,7 +457,7 @@ impl Iterate {
 const COMFORTABLE: std::ops::Range<f64> = 1e-60..1e60;
 
 /// 1 for a vector of ordinary size, else the power of two that makes its largest entry about one.
-fn power_of_two(largest: f64) -> f64 {
+pub(crate) fn power_of_two(largest: f64) -> f64 {
     if COMFORTABLE.contains(&largest) || !(largest > 0.0 && largest.is_finite()) {
         1.0
     } else {

@@ -1,6 +1,7 @@
 //! What can be typed.
 
 use clap::{Parser, Subcommand, ValueEnum};
+use face_rig::rig::MultigridUse;
 use std::path::PathBuf;
 
 /// Pose a face by its muscles, and find the muscles behind an expression.
@@ -115,15 +116,25 @@ pub struct PoseArgs {
     pub jaw_shift: Option<String>,
 }
 
-/// When the equilibrium is found by conjugate gradients on a multigrid hierarchy.
+/// When conjugate gradients on a multigrid hierarchy stand in for factorizations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Multigrid {
     /// Where that takes fewer operations than factorizations.
     Auto,
     /// Always.
     Always,
-    /// Never: every Newton step is factored.
+    /// Never.
     Never,
+}
+
+impl From<Multigrid> for MultigridUse {
+    fn from(multigrid: Multigrid) -> Self {
+        match multigrid {
+            Multigrid::Auto => Self::WhereCheaper,
+            Multigrid::Always => Self::Always,
+            Multigrid::Never => Self::Never,
+        }
+    }
 }
 
 #[derive(clap::Args, Debug)]
@@ -143,6 +154,10 @@ pub struct JacobianArgs {
     pub scene: String,
     #[command(flatten)]
     pub pose: PoseArgs,
+    /// When a multigrid hierarchy is used in place of factorizations, for the equilibrium and for the
+    /// derivative: `auto` decides for each by itself, `always` takes the least memory.
+    #[arg(long, default_value = "auto")]
+    pub multigrid: Multigrid,
 }
 
 #[derive(clap::Args, Debug)]
@@ -239,6 +254,10 @@ pub struct FitArgs {
     /// Start each target from the result of the one before, as for the frames of a sequence.
     #[arg(long)]
     pub warm_start: bool,
+    /// When a multigrid hierarchy is used in place of factorizations: `auto` from a few hundred thousand
+    /// tetrahedra on, and for derivatives of few numbers; `always` takes the least memory.
+    #[arg(long, default_value = "auto")]
+    pub multigrid: Multigrid,
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {

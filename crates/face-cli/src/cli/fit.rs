@@ -1,6 +1,6 @@
 //! `face-rig fit`.
 
-use super::args::{FitArgs, Head, Jaw, Method, OutputArgs, Pictures, Points};
+use super::args::{FitArgs, Head, Jaw, Method, Multigrid, OutputArgs, Pictures, Points};
 use super::clock::Clock;
 use super::draw::convergence;
 use super::error::Failure;
@@ -29,7 +29,11 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     let targets = chosen(scene, &args.target)?;
     let mut out = Output::prepare(output, clock)?;
     out.enter("assembly");
-    let mut rig = scene.rig(RigParams::for_fits())?;
+    let mut rig_params = RigParams::for_fits();
+    if args.multigrid != Multigrid::Auto {
+        rig_params.multigrid = args.multigrid.into();
+    }
+    let mut rig = scene.rig(rig_params)?;
     let map = parametrization(scene, args);
     let params = params(scene, args);
     out.enter("rest picture");
@@ -93,7 +97,8 @@ fn settings(scene: &Scene, args: &FitArgs, params: &FitParams) -> Value {
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
         "jaw_weight_mm2": args.jaw_weight, "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
-        "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start })
+        "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start,
+        "multigrid": format!("{:?}", args.multigrid).to_lowercase() })
 }
 
 fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {

@@ -24,7 +24,10 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
     }
     let mut out = Output::prepare(output, clock)?;
     out.enter("assembly");
-    let mut rig = scene.rig(RigParams::default())?;
+    let mut rig = scene.rig(RigParams {
+        multigrid: args.multigrid.into(),
+        ..RigParams::default()
+    })?;
     let bar = spinner("equilibrium and derivative");
     out.enter("equilibrium");
     rig.solve(&parameters)?;
@@ -33,8 +36,9 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
     let mut directions = Direction::all(scene.muscles.len());
     directions.extend(controls);
     let points = scene.landmark_points(0..scene.landmarks.len());
-    let sensitivity = rig.sensitivity()?;
-    let route = sensitivity.cheaper_route(&points, &directions);
+    let route = JacobianRoute::cheaper(&points, &directions);
+    let solves = route.right_hand_sides(&points, &directions);
+    let sensitivity = rig.sensitivity_for(solves)?;
     let columns = sensitivity.jacobian(&points, &directions, route)?;
     bar.finish_and_clear();
     out.enter("files");
@@ -49,7 +53,8 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
         JacobianRoute::Adjoint => "adjoint",
     };
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
-        "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
+        "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control,
+        "multigrid": format!("{:?}", args.multigrid).to_lowercase() });
     let results =
         json!({ "rows": points.dim(), "columns": names, "route": route, "work": rig.work() });
     let report = out.report("jacobian", settings, results)?;

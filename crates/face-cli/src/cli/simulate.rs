@@ -1,13 +1,13 @@
 //! `face-rig simulate`.
 
-use super::args::{Format, Multigrid, OutputArgs, Pictures, SimulateArgs};
+use super::args::{Format, OutputArgs, Pictures, SimulateArgs};
 use super::clock::Clock;
 use super::draw::{Shape, pose as draw_pose};
 use super::error::{Failure, Squashed, Unsolved};
 use super::output::{Output, say};
 use super::progress::spinner;
 use super::source::{named_controls, open, pose};
-use face_rig::rig::{AffineMap, MultigridUse, Parameters, Rig, RigError, RigParams};
+use face_rig::rig::{AffineMap, Parameters, Rig, RigError, RigParams};
 use face_scenes::Scene;
 use fem_solvers::Watch;
 use indicatif::ProgressBar;
@@ -21,11 +21,7 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs, mut clock: Clock) -> Result
     let scene = &source.scene;
     let parameters = pose(scene, &args.pose)?;
     let params = RigParams {
-        multigrid: match args.multigrid {
-            Multigrid::Auto => MultigridUse::WhereCheaper,
-            Multigrid::Always => MultigridUse::Always,
-            Multigrid::Never => MultigridUse::Never,
-        },
+        multigrid: args.multigrid.into(),
         ..RigParams::default()
     };
     let mut out = Output::prepare(output, clock)?;

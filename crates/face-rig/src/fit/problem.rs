@@ -1,7 +1,7 @@
 //! The least-squares problem ½ |g* − g(x(θ))|² and its solution.
 
 use super::parametrization::{JawModel, Parametrization};
-use crate::rig::{AffineMap, Direction, Observation, Parameters, Rig, RigError};
+use crate::rig::{AffineMap, Direction, JacobianRoute, Observation, Parameters, Rig, RigError};
 use crate::stopwatch::Stopwatch;
 use fem_assembly::AssemblyError;
 use fem_solvers::{
@@ -506,9 +506,11 @@ impl LeastSquares for Problem<'_> {
         let (dim, rows) = (self.fitter.observation.dim(), self.residuals());
         let directions = map.trusted_directions(q);
         let (weights, scales) = (self.orthogonality(), map.scales());
-        let sensitivity = self.rig.sensitivity()?;
-        let route = sensitivity.cheaper_route(self.fitter.observation, &directions);
-        let data = sensitivity.jacobian(self.fitter.observation, &directions, route)?;
+        let observation = self.fitter.observation;
+        let route = JacobianRoute::cheaper(observation, &directions);
+        let solves = route.right_hand_sides(observation, &directions);
+        let sensitivity = self.rig.sensitivity_for(solves)?;
+        let data = sensitivity.jacobian(observation, &directions, route)?;
         for (((column, seen), direction), scale) in j
             .chunks_exact_mut(rows)
             .zip(data.chunks_exact(dim))

@@ -1,11 +1,13 @@
 //! x(θ): the equilibrium shape of a pose.
 
 mod prediction;
+mod tangent;
 
 use self::prediction::Change;
+pub(super) use self::tangent::Stiffness;
+use self::tangent::Tangent;
 use super::control::{Control, Controls};
 use super::error::{PartError, RigError};
-use super::jacobian::{CountedFactor, Sensitivity};
 use super::parameters::Parameters;
 use super::work::Work;
 use crate::stopwatch::Stopwatch;
@@ -13,9 +15,8 @@ use fem_assembly::{
     Assembly, AssemblyError, Positions, Quasistatic, RenewingError, solve_renewing,
 };
 use fem_solvers::{
-    BlockSymmetric, CholeskyFactor, ContinuationError, ContinuationParams, LinearSolver,
-    MultigridDirection, MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, Watch,
-    follow_path,
+    BlockSymmetric, ContinuationError, ContinuationParams, LinearSolver, MultigridDirection,
+    MultigridParams, Newton, NewtonParams, Path, ProjectionPolicy, Watch, follow_path,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -36,20 +37,14 @@ pub struct Rig {
     work: Work,
     /// Right-hand sides of derivatives.
     right_hand_sides: AtomicUsize,
+    /// Conjugate gradient iterations of derivatives.
+    derivative_iterations: AtomicUsize,
     /// Are equilibria found by [`Multilevel`]?
     multigrid: bool,
 }
 
 /// Three axes, six rigid motions.
 type Multilevel = MultigridDirection<3, 6>;
-
-/// A pose with its factored stiffness: neighboring poses start from its prediction.
-struct Tangent {
-    at: Equilibrium,
-    /// What the energy was given there.
-    energy: Vec<f64>,
-    factor: CholeskyFactor<f64, 3>,
-}
 
 /// How a rig is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,8 +56,12 @@ pub struct RigParams {
     /// An equilibrium with an element inside out that has a free node is none.
     pub refuses_inverted: bool,
     /// Whether equilibria are found with conjugate gradients on a multigrid hierarchy in place of
-    /// [`NewtonParams::linear_solver`]; derivatives are factored in any case.
+    /// [`NewtonParams::linear_solver`], and derivatives in place of a factor.
     pub multigrid: MultigridUse,
+    /// How exact derivatives by conjugate gradients are: the error of each solution dz or λ of K dz = f, in
+    /// the norm of the stiffness K, over its own norm; not used with a factor. A number that is observed
+    /// has a derivative by adjoints that is off by at most this times |λ| |dz|, both in that norm.
+    pub derivative_tolerance: f64,
     /// Flops of a factorization above which [`LinearSolver::DirectSingle`] stands in for
     /// [`LinearSolver::Direct`]: its factor serves later steps and neighboring poses as long as a few
     /// conjugate gradient iterations on it suffice. ∞ for never.
@@ -72,8 +71,12 @@ pub struct RigParams {
 /// When a rig uses [`MultigridDirection`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MultigridUse {
-    /// Where a step of it takes fewer operations than a factorization, by the counts of the analysis.
+    /// Where it takes fewer operations than a factorization, by the counts of the analysis: those of a
+    /// usual step for equilibria, those of all right-hand sides for a derivative.
     WhereCheaper,
+    /// Where four steps of it do: for poses that follow each other, which share one factor in `f32` over
+    /// steps and poses and need another one for the derivative in any case.
+    WhereFarCheaper,
     /// Always.
     Always,
     /// Never.
@@ -84,11 +87,13 @@ impl RigParams {
     /// For fits, which stop at thousandths of a millimeter: forces are balanced to 1e-7 of what the
     /// flesh is strained by, 1e-9 otherwise. Newton's method converges quadratically, so that this
     /// spares about one step of each equilibrium and leaves positions and derivatives good to seven
-    /// digits.
+    /// digits. Multigrid is used [where it is far cheaper](MultigridUse::WhereFarCheaper).
     #[must_use]
     pub fn for_fits() -> Self {
         let mut params = Self::default();
         params.newton.relative_gradient_tolerance = 1e-7;
+        params.derivative_tolerance = 1e-8;
+        params.multigrid = MultigridUse::WhereFarCheaper;
         params
     }
 }
@@ -111,6 +116,7 @@ impl Default for RigParams {
             refuses_inverted: false,
             // A fit factors every pose for its derivatives, which also predicts the next.
             multigrid: MultigridUse::Never,
+            derivative_tolerance: 1e-10,
             // A factor of less is made in the time of three iterations on an old one.
             keeps_factor_above: 2e9,
         }
@@ -183,12 +189,15 @@ impl Rig {
         {
             params.newton.linear_solver = LinearSolver::DirectSingle;
         }
+        let mut worth = |steps| {
+            let symbolic = newton.symbolic();
+            symbolic.is_some_and(|symbolic| Multilevel::is_cheaper_than(symbolic, steps))
+        };
         let multigrid = match params.multigrid {
             MultigridUse::Always => true,
             MultigridUse::Never => false,
-            MultigridUse::WhereCheaper => newton
-                .symbolic()
-                .is_some_and(|symbolic| Multilevel::is_cheaper_than(symbolic)),
+            MultigridUse::WhereCheaper => worth(1.0),
+            MultigridUse::WhereFarCheaper => worth(4.0),
         };
         if multigrid {
             newton = newton.directed_by(Multilevel::new(MultigridParams::default()));
@@ -210,6 +219,7 @@ impl Rig {
             tangent,
             work,
             right_hand_sides: AtomicUsize::new(0),
+            derivative_iterations: AtomicUsize::new(0),
             multigrid,
         })
     }
@@ -267,6 +277,8 @@ impl Rig {
     pub fn work(&self) -> Work {
         Work {
             right_hand_sides: self.right_hand_sides.load(Ordering::Relaxed),
+            linear_iterations: self.work.linear_iterations
+                + self.derivative_iterations.load(Ordering::Relaxed),
             evaluations: self.assembly.evaluations(),
             ..self.work
         }
@@ -353,41 +365,6 @@ impl Rig {
         }
     }
 
-    /// The exact derivative at the last solved pose. The stiffness is factored once, here.
-    ///
-    /// # Errors
-    /// [`RigError::Unstable`] where it is not positive definite.
-    pub fn sensitivity(&mut self) -> Result<Sensitivity<'_>, RigError> {
-        let begin = Stopwatch::start();
-        let at = self.equilibrium.clone();
-        self.renew(&at)?;
-        self.ensure_tangent(&at)?;
-        self.work.jacobian_time += begin.elapsed();
-        let Self {
-            assembly,
-            jaw,
-            controls,
-            equilibrium,
-            tangent,
-            right_hand_sides,
-            ..
-        } = self;
-        let tangent = tangent.as_ref().ok_or(RigError::NoTangent)?;
-        let factor = CountedFactor {
-            factor: &tangent.factor,
-            right_hand_sides,
-        };
-        let energy = &tangent.energy;
-        Ok(Sensitivity::new(
-            assembly,
-            jaw,
-            controls,
-            equilibrium,
-            energy,
-            factor,
-        )?)
-    }
-
     /// Stencils that hold everything that has an energy at a pose, and a solver for them.
     fn renew(&mut self, at: &Equilibrium) -> Result<(), RigError> {
         if !self.assembly.changes() {
@@ -402,25 +379,6 @@ impl Rig {
             let problem = Quasistatic::new(&self.assembly, z, energy)?;
             self.newton.renew(&problem);
         }
-        Ok(())
-    }
-
-    fn ensure_tangent(&mut self, at: &Equilibrium) -> Result<(), RigError> {
-        if self.tangent.as_ref().is_some_and(|t| t.at == *at) {
-            return Ok(());
-        }
-        let energy = self.controls.of_energy(&at.parameters);
-        let Self {
-            assembly, newton, ..
-        } = &mut *self;
-        let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), energy.clone())?;
-        let factor = newton.factor_at(&problem, &problem.unknowns())?.clone();
-        self.tangent = Some(Tangent {
-            at: at.clone(),
-            energy,
-            factor,
-        });
-        self.work.factorizations += 1;
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use super::equilibrium::Equilibrium;
 use fem_assembly::{AssemblyError, FreePart, RenewingError};
-use fem_solvers::{ContinuationError, NewtonError, NewtonFailure};
+use fem_solvers::{ContinuationError, NewtonError, NewtonFailure, PcgError};
 
 /// A pose without an equilibrium, or without a derivative there.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -98,6 +98,13 @@ pub enum RigError {
     /// dx/dθ does not exist.
     #[error("the equilibrium is not stable, dx/dθ does not exist here: {0}")]
     Unstable(#[from] NewtonFailure),
+    /// Conjugate gradients did not bring dx/dθ to [`RigParams::derivative_tolerance`].
+    ///
+    /// [`RigParams::derivative_tolerance`]: super::RigParams::derivative_tolerance
+    #[error(
+        "dx/dθ was not found to its tolerance by multigrid, take a looser one or a factor: {0}"
+    )]
+    Derivative(PcgError),
     /// The derivative was asked for before any stiffness was factored.
     #[error("no stiffness has been factored at this pose")]
     NoTangent,

@@ -1,13 +1,12 @@
 //! dx/dθ, exact: by columns, or by adjoints where fewer numbers are seen than parameters vary.
 
 use super::control::Controls;
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{Equilibrium, Stiffness};
 use super::error::RigError;
 use super::loads::Loads;
 use super::observation::Observation;
 use super::parameters::Direction;
 use fem_assembly::{Assembly, AssemblyError};
-use fem_solvers::CholeskyFactor;
 use fem_solvers::parallel;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -20,26 +19,57 @@ pub enum JacobianRoute {
     Adjoint,
 }
 
-/// The implicit derivative at an equilibrium, with the stiffness K = ∂²E/∂z^U∂z^U factored.
+impl JacobianRoute {
+    /// The route with fewer linear solves.
+    pub fn cheaper(observation: &dyn Observation, directions: &[Direction]) -> Self {
+        let solves = |route: Self| route.right_hand_sides(observation, directions);
+        if solves(Self::Adjoint) < solves(Self::Columns) {
+            Self::Adjoint
+        } else {
+            Self::Columns
+        }
+    }
+
+    /// How many linear solves it takes. Cranium directions need none on either.
+    pub fn right_hand_sides(
+        self,
+        observation: &dyn Observation,
+        directions: &[Direction],
+    ) -> usize {
+        let solve = |d: &&Direction| !matches!(d, Direction::Cranium(_));
+        match self {
+            Self::Columns => directions.iter().filter(solve).count(),
+            Self::Adjoint => observation.dim(),
+        }
+    }
+}
+
+/// The implicit derivative at an equilibrium, with the stiffness K = ∂²E/∂z^U∂z^U factored or a multigrid
+/// hierarchy made for it.
 #[derive(Debug)]
 pub struct Sensitivity<'a> {
     loads: Loads<'a>,
     equilibrium: &'a Equilibrium,
     positions: Vec<[f64; 3]>,
-    factor: CountedFactor<'a>,
+    solver: CountedSolver<'a>,
 }
 
-/// A factor that counts what it solves.
+/// What K is solved with, and counts of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CountedFactor<'a> {
-    pub factor: &'a CholeskyFactor<f64, 3>,
+pub(super) struct CountedSolver<'a> {
+    pub stiffness: &'a Stiffness,
+    pub tolerance: f64,
     pub right_hand_sides: &'a AtomicUsize,
+    pub iterations: &'a AtomicUsize,
 }
 
-impl CountedFactor<'_> {
-    fn solve_many(&self, block: &mut [f64], count: usize) {
+impl CountedSolver<'_> {
+    fn solve_many(&self, block: &mut [f64], count: usize) -> Result<(), RigError> {
         self.right_hand_sides.fetch_add(count, Ordering::Relaxed);
-        self.factor.solve_many(block, count);
+        let solved = self.stiffness.solve_many(block, count, self.tolerance)?;
+        let iterations = solved.iterations;
+        self.iterations.fetch_add(iterations, Ordering::Relaxed);
+        Ok(())
     }
 }
 
@@ -50,7 +80,7 @@ impl<'a> Sensitivity<'a> {
         controls: &'a Controls,
         equilibrium: &'a Equilibrium,
         energy: &'a [f64],
-        factor: CountedFactor<'a>,
+        solver: CountedSolver<'a>,
     ) -> Result<Self, AssemblyError> {
         Ok(Self {
             loads: Loads {
@@ -61,7 +91,7 @@ impl<'a> Sensitivity<'a> {
             },
             equilibrium,
             positions: equilibrium.positions(),
-            factor,
+            solver,
         })
     }
 
@@ -70,27 +100,20 @@ impl<'a> Sensitivity<'a> {
         &self.positions
     }
 
-    /// The route with fewer linear solves. Cranium directions need none on either.
+    /// [`JacobianRoute::cheaper`].
     pub fn cheaper_route(
         &self,
         observation: &dyn Observation,
         directions: &[Direction],
     ) -> JacobianRoute {
-        let solves = directions
-            .iter()
-            .filter(|d| !matches!(d, Direction::Cranium(_)))
-            .count();
-        if observation.dim() < solves {
-            JacobianRoute::Adjoint
-        } else {
-            JacobianRoute::Columns
-        }
+        JacobianRoute::cheaper(observation, directions)
     }
 
     /// dx for each direction, at every node.
     ///
     /// # Errors
-    /// When the assembly finds a list of another length than its own.
+    /// When the assembly finds a list of another length than its own; by multigrid also
+    /// [`RigError::Unstable`] and [`RigError::Derivative`].
     pub fn columns(&self, directions: &[Direction]) -> Result<Vec<Vec<[f64; 3]>>, RigError> {
         let n = self.loads.assembly.dofs().vector_len();
         let solving: Vec<usize> = (0..directions.len())
@@ -102,7 +125,7 @@ impl<'a> Sensitivity<'a> {
             parallel::map::<_, _, Result<(), _>>(tasks, |(rhs, &k)| {
                 self.loads.load(&directions[k], rhs)
             })?;
-            self.factor.solve_many(&mut block, solving.len());
+            self.solver.solve_many(&mut block, solving.len())?;
         }
         let mut next = 0;
         directions
@@ -173,7 +196,7 @@ impl<'a> Sensitivity<'a> {
     /// dL/dθ of a scalar loss from dL/dx, by one solve.
     ///
     /// # Errors
-    /// When there is not one dL/dx for each node.
+    /// When there is not one dL/dx for each node, and as [`Sensitivity::columns`].
     pub fn gradient(
         &self,
         by_position: &[[f64; 3]],
@@ -204,7 +227,7 @@ impl<'a> Sensitivity<'a> {
         for w in &in_frame {
             multipliers.extend(self.loads.assembly.dofs().gather(w)?);
         }
-        self.factor.solve_many(&mut multipliers, seen.len());
+        self.solver.solve_many(&mut multipliers, seen.len())?;
         let force = |k: usize| {
             let mut force = vec![0.0; n];
             Ok(match self.loads.of_energy(&directions[k]) {

@@ -12,7 +12,7 @@ pub struct Work {
     pub newton_steps: usize,
     /// Numeric factorizations.
     pub factorizations: usize,
-    /// Conjugate gradient iterations.
+    /// Conjugate gradient iterations, those of derivatives included.
     pub linear_iterations: usize,
     /// Right-hand sides that derivatives solved for: columns, or observed numbers.
     pub right_hand_sides: usize,

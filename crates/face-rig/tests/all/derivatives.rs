@@ -305,7 +305,7 @@ fn a_cancelled_pose_or_fit_ends_at_once_and_the_rig_goes_on() {
 }
 
 /// A pose with a cranium that is no rotation and a jaw that is turned, sheared and shifted.
-fn pose() -> Parameters {
+pub(super) fn pose() -> Parameters {
     let mut pose = Parameters::rest(MUSCLES);
     pose.activations = vec![0.7, 0.25, 0.4];
     pose.cranium.matrix = [[1.1, 0.2, 0.0], [-0.1, 0.9, 0.1], [0.05, 0.0, 1.05]];

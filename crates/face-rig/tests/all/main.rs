@@ -8,5 +8,6 @@ mod derivatives;
 mod fits;
 mod lengths;
 mod limp;
+mod multilevel;
 mod promise;
 mod weights;

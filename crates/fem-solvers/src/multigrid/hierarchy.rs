@@ -1,8 +1,10 @@
 //! All levels together.
 
+use super::entry::{Entry, Several};
 use super::level::Level;
 use super::near_kernel::NearKernel;
 use super::precision::LevelScalar;
+use super::rows::Rows;
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
 use crate::cholesky::{CholeskyFactor, SymbolicCholesky};
 use crate::operator::{MatrixPreconditioner, Preconditioner};
@@ -144,17 +146,21 @@ impl<T: LevelScalar, const D: usize, const K: usize> Hierarchy<T, D, K> {
         }
     }
 
-    fn correct(&self, depth: usize, b: &mut [[T; K]], x: &mut [[T; K]]) {
+    fn correct<V: Entry<T>>(&self, depth: usize, b: &mut [[V; K]], x: &mut [[V; K]]) {
         match self.coarse.get(depth) {
             Some(level) => {
                 let found = level.cycle(b, |b, x| self.correct(depth + 1, b, x));
                 x.copy_from_slice(&found);
             }
             None => {
-                let mut wide: Vec<f64> = b.as_flattened().iter().map(|v| v.widen()).collect();
-                self.bottom.solve_in_place(&mut wide);
-                for (x, wide) in x.as_flattened_mut().iter_mut().zip(&wide) {
-                    *x = T::narrow(wide / self.scale);
+                let (b, x) = (b.as_flattened(), x.as_flattened_mut());
+                let column = |k| b.iter().map(move |v: &V| v.number(k).widen());
+                let mut wide: Vec<f64> = (0..V::NUMBERS).flat_map(column).collect();
+                self.bottom.solve_many(&mut wide, V::NUMBERS);
+                for (k, column) in wide.chunks_exact(x.len().max(1)).enumerate() {
+                    for (x, wide) in x.iter_mut().zip(column) {
+                        x.set(k, T::narrow(wide / self.scale));
+                    }
                 }
             }
         }
@@ -197,6 +203,15 @@ impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
         self.usable && self.made.as_ref().is_some_and(|made| made.is_for(matrix))
     }
 
+    /// The rows of a matrix with the pattern that it was made for, if it is usable.
+    pub(super) fn rows_of(&self, matrix: &BlockSymmetric<D>) -> Option<&Rows> {
+        let made = self
+            .made
+            .as_ref()
+            .filter(|made| self.usable && made.is_for(matrix));
+        made.map(|made| &made.fine.matrix.rows)
+    }
+
     /// What the last update made, `None` before and after one that failed.
     pub fn info(&self) -> Option<MultigridInfo> {
         let made = self.made.as_ref().filter(|_| self.usable)?;
@@ -211,6 +226,33 @@ impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
             rows,
             operator_complexity: (fine + K * K * coarse) as f64 / fine.max(1) as f64,
         })
+    }
+}
+
+impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
+    /// `Z ≈ A⁻¹ R` for `B` right-hand sides, the numbers of each place side by side: every matrix is read
+    /// once for all of them.
+    pub(super) fn apply_several<const B: usize>(&self, r: &[[f64; B]], z: &mut [[f64; B]]) {
+        let Some(made) = self.made.as_ref().filter(|_| self.usable) else {
+            z.fill([f64::NAN; B]);
+            return;
+        };
+        let mut largest = [0.0_f64; B];
+        for r in r {
+            // A number that is not finite stays one in what follows.
+            std::array::from_fn::<(), B, _>(|k| largest[k] = largest[k].max(r[k].abs()));
+        }
+        let scale = largest.map(|v| if v > 0.0 { v } else { 1.0 });
+        let narrow = |r: &[f64; B]| Several(std::array::from_fn(|k| T::narrow(r[k] / scale[k])));
+        let (blocks, _) = r.as_chunks::<D>();
+        let mut b: Vec<[Several<T, B>; D]> = blocks
+            .iter()
+            .map(|block| std::array::from_fn(|c| narrow(&block[c])))
+            .collect();
+        let x = made.fine.cycle(&mut b, |b, x| made.correct(0, b, x));
+        for (z, x) in z.iter_mut().zip(x.as_flattened()) {
+            *z = std::array::from_fn(|k| scale[k] * made.scale * x.0[k].widen());
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! One level: its matrix, its smoother, and the way to the next.
 
 use super::aggregation::{Aggregates, aggregate};
+use super::entry::Entry;
 use super::galerkin::Galerkin;
 use super::hierarchy::MultigridParams;
 use super::matrix::LevelMatrix;
@@ -76,19 +77,19 @@ impl<T: LevelScalar, const D: usize, const K: usize> Level<T, D, K> {
     }
 
     /// One V-cycle for `A x = b`: `b` is overwritten, `x` starts from zero.
-    pub fn cycle(
+    pub fn cycle<V: Entry<T>>(
         &self,
-        b: &mut [[T; D]],
-        correct: impl FnOnce(&mut [[T; K]], &mut [[T; K]]),
-    ) -> Vec<[T; D]> {
-        let zero = [T::default(); D];
+        b: &mut [[V; D]],
+        correct: impl FnOnce(&mut [[V; K]], &mut [[V; K]]),
+    ) -> Vec<[V; D]> {
+        let zero = [V::default(); D];
         let n = b.len();
         let (mut x, mut z, mut spare) = (vec![zero; n], vec![zero; n], vec![zero; n]);
         self.smoother
             .smooth(&self.matrix, b, &mut x, &mut z, &mut spare);
         self.matrix.subtract_product(&z, b);
         let m = self.prolongator.coarse_rows();
-        let mut coarse = vec![[T::default(); K]; m];
+        let mut coarse = vec![[V::default(); K]; m];
         let mut correction = coarse.clone();
         self.prolongator.restrict(b, &mut coarse);
         correct(&mut coarse, &mut correction);

@@ -1,5 +1,6 @@
 //! The matrix of one level and its products.
 
+use super::entry::{Entry, LANES};
 use super::precision::LevelScalar;
 use super::rows::Rows;
 use crate::block_matrix::BlockSymmetric;
@@ -7,7 +8,7 @@ use crate::parallel::map;
 use crate::preconditioner::PreconditionerError;
 use crate::small;
 use fem_kinematics::{Kernel, dispatch};
-use std::ops::Range;
+use std::ops::{Range, SubAssign};
 
 /// A symmetric matrix in both halves, times a power of two, with the inverse of its block diagonal.
 #[derive(Clone, Debug)]
@@ -18,28 +19,8 @@ pub(super) struct LevelMatrix<T, const D: usize> {
     inverse: Vec<T>,
 }
 
-/// Largest block whose columns are read in whole registers.
-const LANES: usize = 8;
-
-/// `sum += block · x`, a block of `D` columns of `D` numbers; what stands behind it is read and not used.
-#[inline(always)]
-fn add_columns<T: LevelScalar, const D: usize>(sum: &mut [T; LANES], block: &[T], x: &[T; D]) {
-    if D <= 4 {
-        for c in 0..D {
-            for r in 0..4 {
-                sum[r] += block[c * D + r] * x[c];
-            }
-        }
-    } else {
-        for c in 0..D {
-            for r in 0..LANES {
-                sum[r] += block[c * D + r] * x[c];
-            }
-        }
-    }
-}
-
 /// How far behind a block its reader looks.
+#[inline(always)]
 const fn reach(d: usize) -> usize {
     if d <= 4 {
         (d - 1) * d + 4
@@ -88,7 +69,7 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
     }
 
     /// Every row's product with `x`, in a loop for each of `tasks`.
-    fn each_row<S: RowSink<T, D>>(&self, x: &[[T; D]], tasks: Vec<(Range<usize>, S)>) {
+    fn each_row<V: Entry<T>, S: RowSink<V, D>>(&self, x: &[[V; D]], tasks: Vec<(Range<usize>, S)>) {
         let _: Vec<()> = map(tasks, |(rows, sink)| {
             dispatch(RowLoop {
                 matrix: self,
@@ -100,22 +81,22 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
     }
 
     #[inline(always)]
-    fn row_product(&self, row: usize, x: &[[T; D]]) -> [T; D] {
-        let mut sum = [T::default(); LANES];
+    fn row_product<V: Entry<T>>(&self, row: usize, x: &[[V; D]]) -> [V; D] {
+        let mut sum = [V::default(); LANES];
         let entries = self.rows.entries_of(row);
         let columns = &self.rows.columns_of(row);
         for (entry, &j) in entries.zip(*columns) {
             let block = &self.values[D * D * entry..][..reach(D)];
-            add_columns(&mut sum, block, &x[j as usize]);
+            V::add_columns(&mut sum, block, &x[j as usize]);
         }
         std::array::from_fn(|r| sum[r])
     }
 
     #[inline(always)]
-    fn solve_diagonal(&self, row: usize, x: &[T; D]) -> [T; D] {
-        let mut sum = [T::default(); LANES];
+    fn solve_diagonal<V: Entry<T>>(&self, row: usize, x: &[V; D]) -> [V; D] {
+        let mut sum = [V::default(); LANES];
         let block = &self.inverse[D * D * row..][..reach(D)];
-        add_columns(&mut sum, block, x);
+        V::add_columns(&mut sum, block, x);
         std::array::from_fn(|r| sum[r])
     }
 
@@ -127,7 +108,7 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
     }
 
     /// `r −= A x`.
-    pub fn subtract_product(&self, x: &[[T; D]], r: &mut [[T; D]]) {
+    pub fn subtract_product<V: Entry<T>>(&self, x: &[[V; D]], r: &mut [[V; D]]) {
         let tasks = self.rows.cut::<D, _>(r, Range::len);
         let task = |(rows, r)| (rows, Subtract(r));
         self.each_row(x, tasks.into_iter().map(task).collect());
@@ -141,12 +122,18 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
     }
 
     /// `z = factor · D⁻¹ r`, `x += z`.
-    pub fn first_correction(&self, factor: T, r: &[[T; D]], z: &mut [[T; D]], x: &mut [[T; D]]) {
+    pub fn first_correction<V: Entry<T>>(
+        &self,
+        factor: T,
+        r: &[[V; D]],
+        z: &mut [[V; D]],
+        x: &mut [[V; D]],
+    ) {
         let tasks = self.rows.cut::<D, _>(z, Range::len).into_iter();
         let tasks = tasks.zip(self.rows.cut::<D, _>(x, Range::len));
         let _: Vec<()> = map(tasks.collect(), |((rows, z), (_, x))| {
             for ((row, z), x) in rows.zip(z).zip(x) {
-                *z = self.solve_diagonal(row, &r[row]).map(|v| factor * v);
+                *z = self.solve_diagonal(row, &r[row]).map(|v| v * factor);
                 for c in 0..D {
                     x[c] += z[c];
                 }
@@ -155,13 +142,13 @@ impl<T: LevelScalar, const D: usize> LevelMatrix<T, D> {
     }
 
     /// `r −= A z`, `next = keep · z + factor · D⁻¹ r`, `x += next`, the matrix read once.
-    pub fn correction(
+    pub fn correction<V: Entry<T>>(
         &self,
         (keep, factor): (T, T),
-        z: &[[T; D]],
-        r: &mut [[T; D]],
-        next: &mut [[T; D]],
-        x: &mut [[T; D]],
+        z: &[[V; D]],
+        r: &mut [[V; D]],
+        next: &mut [[V; D]],
+        x: &mut [[V; D]],
     ) {
         let tasks = self.rows.cut::<D, _>(r, Range::len).into_iter();
         let tasks = tasks.zip(self.rows.cut::<D, _>(next, Range::len));
@@ -204,31 +191,31 @@ fn invert_diagonal<T: LevelScalar, const D: usize>(
 }
 
 /// What is done with the product of a row; `own` counts from the first row of the task.
-trait RowSink<T, const D: usize>: Send {
-    fn take(&mut self, own: usize, row: usize, product: [T; D]);
+trait RowSink<V, const D: usize>: Send {
+    fn take(&mut self, own: usize, row: usize, product: [V; D]);
 }
 
-struct Set<'a, T, const D: usize>(&'a mut [[T; D]]);
-struct Subtract<'a, T, const D: usize>(&'a mut [[T; D]]);
-struct Correct<'a, T, const D: usize> {
+struct Set<'a, V, const D: usize>(&'a mut [[V; D]]);
+struct Subtract<'a, V, const D: usize>(&'a mut [[V; D]]);
+struct Correct<'a, T, V, const D: usize> {
     matrix: &'a LevelMatrix<T, D>,
     factors: (T, T),
-    z: &'a [[T; D]],
-    r: &'a mut [[T; D]],
-    next: &'a mut [[T; D]],
-    x: &'a mut [[T; D]],
+    z: &'a [[V; D]],
+    r: &'a mut [[V; D]],
+    next: &'a mut [[V; D]],
+    x: &'a mut [[V; D]],
 }
 
-impl<T: LevelScalar, const D: usize> RowSink<T, D> for Set<'_, T, D> {
+impl<V: Send, const D: usize> RowSink<V, D> for Set<'_, V, D> {
     #[inline(always)]
-    fn take(&mut self, own: usize, _: usize, product: [T; D]) {
+    fn take(&mut self, own: usize, _: usize, product: [V; D]) {
         self.0[own] = product;
     }
 }
 
-impl<T: LevelScalar, const D: usize> RowSink<T, D> for Subtract<'_, T, D> {
+impl<V: Send + Copy + SubAssign, const D: usize> RowSink<V, D> for Subtract<'_, V, D> {
     #[inline(always)]
-    fn take(&mut self, own: usize, _: usize, product: [T; D]) {
+    fn take(&mut self, own: usize, _: usize, product: [V; D]) {
         let r = &mut self.0[own];
         for c in 0..D {
             r[c] -= product[c];
@@ -236,9 +223,9 @@ impl<T: LevelScalar, const D: usize> RowSink<T, D> for Subtract<'_, T, D> {
     }
 }
 
-impl<T: LevelScalar, const D: usize> RowSink<T, D> for Correct<'_, T, D> {
+impl<T: LevelScalar, V: Entry<T>, const D: usize> RowSink<V, D> for Correct<'_, T, V, D> {
     #[inline(always)]
-    fn take(&mut self, own: usize, row: usize, product: [T; D]) {
+    fn take(&mut self, own: usize, row: usize, product: [V; D]) {
         let r = &mut self.r[own];
         for c in 0..D {
             r[c] -= product[c];
@@ -247,20 +234,22 @@ impl<T: LevelScalar, const D: usize> RowSink<T, D> for Correct<'_, T, D> {
         let (keep, factor) = self.factors;
         let (z, next, x) = (&self.z[row], &mut self.next[own], &mut self.x[own]);
         for c in 0..D {
-            next[c] = keep * z[c] + factor * step[c];
+            next[c] = z[c] * keep + step[c] * factor;
             x[c] += next[c];
         }
     }
 }
 
-struct RowLoop<'a, T, S, const D: usize> {
+struct RowLoop<'a, T, V, S, const D: usize> {
     matrix: &'a LevelMatrix<T, D>,
-    x: &'a [[T; D]],
+    x: &'a [[V; D]],
     rows: Range<usize>,
     sink: S,
 }
 
-impl<T: LevelScalar, S: RowSink<T, D>, const D: usize> Kernel for RowLoop<'_, T, S, D> {
+impl<T: LevelScalar, V: Entry<T>, S: RowSink<V, D>, const D: usize> Kernel
+    for RowLoop<'_, T, V, S, D>
+{
     type Output = ();
     #[inline(always)]
     fn run(mut self) {

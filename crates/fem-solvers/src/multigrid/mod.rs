@@ -5,6 +5,7 @@
 //! Jacobi step makes them smooth, and `Pᵀ A P` is the coarser matrix, of which the same is done again.
 
 mod aggregation;
+mod entry;
 mod galerkin;
 mod hierarchy;
 mod level;
@@ -13,6 +14,7 @@ mod near_kernel;
 mod precision;
 mod prolongator;
 mod rows;
+mod several;
 mod smoother;
 mod spectrum;
 mod tentative;
@@ -20,3 +22,4 @@ mod tentative;
 pub use hierarchy::{Multigrid, MultigridInfo, MultigridParams};
 pub use near_kernel::{NearKernel, NearKernelError};
 pub use precision::LevelScalar;
+pub use several::{SolveManyInfo, SolveManyParams};

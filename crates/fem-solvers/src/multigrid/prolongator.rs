@@ -1,6 +1,7 @@
 //! From coarse unknowns to fine ones: `P = (I − ω D⁻¹A) P̂`.
 
 use super::aggregation::{ALONE, Aggregates};
+use super::entry::Entry;
 use super::precision::LevelScalar;
 use super::rows::{Rows, cut};
 use super::tentative::Tentative;
@@ -119,7 +120,7 @@ impl<T: LevelScalar, const D: usize, const K: usize> Prolongator<T, D, K> {
     }
 
     /// `x = P e`
-    pub fn prolong(&self, e: &[[T; K]], x: &mut [[T; D]]) {
+    pub fn prolong<V: Entry<T>>(&self, e: &[[V; K]], x: &mut [[V; D]]) {
         let tasks = cut::<D, _>(x.len(), x, Range::len);
         let _: Vec<()> = map(tasks, |(rows, x)| {
             dispatch(Prolong {
@@ -132,7 +133,7 @@ impl<T: LevelScalar, const D: usize, const K: usize> Prolongator<T, D, K> {
     }
 
     /// `e = Pᵀ r`
-    pub fn restrict(&self, r: &[[T; D]], e: &mut [[T; K]]) {
+    pub fn restrict<V: Entry<T>>(&self, r: &[[V; D]], e: &mut [[V; K]]) {
         let tasks = cut::<K, _>(self.coarse_rows(), e, Range::len);
         let _: Vec<()> = map(tasks, |(rows, e)| {
             dispatch(Restrict {
@@ -145,32 +146,34 @@ impl<T: LevelScalar, const D: usize, const K: usize> Prolongator<T, D, K> {
     }
 }
 
-struct Prolong<'a, T, const D: usize, const K: usize> {
+struct Prolong<'a, T, V, const D: usize, const K: usize> {
     p: &'a Prolongator<T, D, K>,
-    e: &'a [[T; K]],
+    e: &'a [[V; K]],
     rows: Range<usize>,
-    x: &'a mut [[T; D]],
+    x: &'a mut [[V; D]],
 }
 
-impl<T: LevelScalar, const D: usize, const K: usize> Kernel for Prolong<'_, T, D, K> {
+impl<T: LevelScalar, V: Entry<T>, const D: usize, const K: usize> Kernel
+    for Prolong<'_, T, V, D, K>
+{
     type Output = ();
     #[inline(always)]
     fn run(self) {
         let Self { p, e, rows, x } = self;
         for (i, x) in rows.zip(x) {
             // Products first, their sum over k last: whole registers as long as possible.
-            let mut products = [[T::default(); K]; D];
+            let mut products = [[V::default(); K]; D];
             let own = p.start[i]..p.start[i + 1];
             for (block, &j) in p.values[own.clone()].iter().zip(&p.columns[own]) {
                 let e = &e[j as usize];
                 for r in 0..D {
                     for k in 0..K {
-                        products[r][k] += block[r][k] * e[k];
+                        products[r][k] += e[k] * block[r][k];
                     }
                 }
             }
             for r in 0..D {
-                let mut sum = T::default();
+                let mut sum = V::default();
                 for k in 0..K {
                     sum += products[r][k];
                 }
@@ -180,25 +183,27 @@ impl<T: LevelScalar, const D: usize, const K: usize> Kernel for Prolong<'_, T, D
     }
 }
 
-struct Restrict<'a, T, const D: usize, const K: usize> {
+struct Restrict<'a, T, V, const D: usize, const K: usize> {
     p: &'a Prolongator<T, D, K>,
-    r: &'a [[T; D]],
+    r: &'a [[V; D]],
     rows: Range<usize>,
-    e: &'a mut [[T; K]],
+    e: &'a mut [[V; K]],
 }
 
-impl<T: LevelScalar, const D: usize, const K: usize> Kernel for Restrict<'_, T, D, K> {
+impl<T: LevelScalar, V: Entry<T>, const D: usize, const K: usize> Kernel
+    for Restrict<'_, T, V, D, K>
+{
     type Output = ();
     #[inline(always)]
     fn run(self) {
         let Self { p, r, rows, e } = self;
         for (i, e) in rows.zip(e) {
-            let mut sum = [T::default(); K];
+            let mut sum = [V::default(); K];
             for &(row, entry) in &p.of_coarse[p.coarse_start[i]..p.coarse_start[i + 1]] {
                 let (block, r) = (&p.values[entry as usize], &r[row as usize]);
                 for d in 0..D {
                     for k in 0..K {
-                        sum[k] += block[d][k] * r[d];
+                        sum[k] += r[d] * block[d][k];
                     }
                 }
             }

@@ -1,6 +1,7 @@
 //! Chebyshev iterations of the fourth kind on `D⁻¹A` (Lottes 2023): they need the largest eigenvalue
 //! alone, and damp the upper part of the spectrum as evenly as a polynomial can.
 
+use super::entry::Entry;
 use super::matrix::LevelMatrix;
 use super::precision::LevelScalar;
 
@@ -16,13 +17,13 @@ impl Smoother {
     /// Adds corrections to `x`; `r = b − A x` on entry. On return `r` is the residual before the last
     /// correction, and that correction is returned in place of `z`, so that a caller who needs the
     /// residual takes `A z` from it.
-    pub fn smooth<T: LevelScalar, const D: usize>(
+    pub fn smooth<T: LevelScalar, V: Entry<T>, const D: usize>(
         self,
         matrix: &LevelMatrix<T, D>,
-        r: &mut [[T; D]],
-        x: &mut [[T; D]],
-        z: &mut Vec<[T; D]>,
-        spare: &mut Vec<[T; D]>,
+        r: &mut [[V; D]],
+        x: &mut [[V; D]],
+        z: &mut Vec<[V; D]>,
+        spare: &mut Vec<[V; D]>,
     ) {
         let first = T::narrow(4.0 / (3.0 * self.largest));
         matrix.first_correction(first, r, z, x);

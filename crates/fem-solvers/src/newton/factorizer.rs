@@ -42,4 +42,9 @@ impl<const D: usize> Factorizer<D> {
         factor.refill(matrix)?;
         Ok(factor)
     }
+
+    /// The factor made last, to keep; the next one is made in new memory.
+    pub fn take(&mut self) -> Option<CholeskyFactor<f64, D>> {
+        self.factor.take()
+    }
 }

@@ -17,6 +17,7 @@ mod watch;
 pub use direction::{
     Descent, DescentDirection, DescentOutcome, MultigridDirection, NewtonSystem, PcgDirection,
 };
+pub(crate) use direction::{FLOPS_PER_BYTE, bytes_of_an_iteration};
 pub use fem_kinematics::HessianProjection;
 pub use params::{
     LineSearchParams, LinearSolver, NewtonError, NewtonFailure, NewtonInfo, NewtonIteration,

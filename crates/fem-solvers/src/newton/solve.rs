@@ -502,7 +502,7 @@ impl<'d, const D: usize> Newton<'d, D> {
     }
 
     /// Factors the exact Hessian at `x`, usually a solution: for sensitivities, to be used with
-    /// [`CholeskyFactor::solve_many`].
+    /// [`CholeskyFactor::solve_many`]. The solver gives its memory away with it.
     ///
     /// # Errors
     /// [`NewtonFailure::Cholesky`] when it is not positive definite: `x` is no strict minimum;
@@ -511,16 +511,15 @@ impl<'d, const D: usize> Newton<'d, D> {
         &mut self,
         problem: &(impl NonlinearProblem<D> + ?Sized),
         x: &[f64],
-    ) -> Result<&CholeskyFactor<f64, D>, NewtonFailure> {
+    ) -> Result<CholeskyFactor<f64, D>, NewtonFailure> {
         self.check(problem, x)?;
         let Workspace {
             matrix, factorizer, ..
         } = &mut self.workspace;
         let matrix = matrix.as_mut().ok_or(NewtonFailure::NeedsMatrix)?;
         padded::hessian(problem, x, HessianProjection::None, matrix);
-        let factor = factorizer.factor(matrix)?;
-        factor.check_pivots(matrix)?;
-        Ok(factor)
+        factorizer.factor(matrix)?.check_pivots(matrix)?;
+        factorizer.take().ok_or(NewtonFailure::NeedsMatrix)
     }
 
     /// Solves `K dx = load` with the Hessian `K` at `x`, as a direction of a step is found: to

@@ -7,6 +7,7 @@ mod gauss_newton;
 mod least_squares_stop;
 mod matrix_free;
 mod multigrid;
+mod multigrid_columns;
 mod newton;
 mod one_sided;
 mod pcg;

@@ -5,14 +5,14 @@ use fem_solvers::*;
 use std::sync::Arc;
 
 /// Free nodes of n × n × 4n cubes, six tetrahedra each, prescribed at one end; edges of the Kuhn grid.
-struct Bar {
-    points: Vec<[f64; 3]>,
-    matrix: BlockSymmetric<3>,
+pub(super) struct Bar {
+    pub points: Vec<[f64; 3]>,
+    pub matrix: BlockSymmetric<3>,
 }
 
 /// Springs that resist changes of length alone: between free ends their matrix takes the six rigid
 /// motions to zero.
-fn bar(n: usize, prescribed_end: bool) -> Bar {
+pub(super) fn bar(n: usize, prescribed_end: bool) -> Bar {
     let (nx, ny, nz) = (n + 1, n + 1, 4 * n + 1);
     let index = |x: usize, y: usize, z: usize| (z * ny + y) * nx + x;
     let below = if prescribed_end { nx * ny } else { 0 };
@@ -67,7 +67,7 @@ fn bar(n: usize, prescribed_end: bool) -> Bar {
     Bar { points, matrix }
 }
 
-fn rigid(points: &[[f64; 3]]) -> NearKernel {
+pub(super) fn rigid(points: &[[f64; 3]]) -> NearKernel {
     let mut vectors = vec![Vec::new(); 6];
     for p in points {
         for a in 0..3 {
@@ -83,20 +83,20 @@ fn rigid(points: &[[f64; 3]]) -> NearKernel {
 }
 
 /// Small enough a bottom that there are several levels.
-fn params() -> MultigridParams {
+pub(super) fn params() -> MultigridParams {
     MultigridParams {
         coarsest: 20,
         ..MultigridParams::default()
     }
 }
 
-fn made<T: LevelScalar>(bar: &Bar) -> Multigrid<3, 6, T> {
+pub(super) fn made<T: LevelScalar>(bar: &Bar) -> Multigrid<3, 6, T> {
     let mut multigrid = Multigrid::new(rigid(&bar.points), params());
     multigrid.update(&bar.matrix).unwrap();
     multigrid
 }
 
-fn load(n: usize, seed: u64) -> Vec<f64> {
+pub(super) fn load(n: usize, seed: u64) -> Vec<f64> {
     let mut rng = Lcg::new(seed);
     (0..n).map(|_| rng.next()).collect()
 }
@@ -108,7 +108,7 @@ fn to(relative_tolerance: f64) -> PcgParams {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

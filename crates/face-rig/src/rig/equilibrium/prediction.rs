@@ -8,6 +8,8 @@ use fem_assembly::Quasistatic;
 
 /// Share of the force that may be left when a change is predicted by conjugate gradients.
 const PREDICTION: f64 = 1e-4;
+/// Right-hand sides of a prediction: the whole change, and that of the bones alone.
+const PREDICTED: usize = 2;
 
 impl Rig {
     /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
@@ -68,7 +70,7 @@ impl Rig {
     ) -> Option<Vec<[f64; 3]>> {
         let known = self.tangent.as_ref().is_some_and(|t| t.at == *state);
         let dz = if known || !self.multigrid {
-            self.factored_change(state, change)
+            self.solved_change(state, change)
         } else {
             self.iterated_change(state, change)
         };
@@ -79,12 +81,13 @@ impl Rig {
         Some(z)
     }
 
-    /// dz of a change, by the factor of the stiffness.
-    fn factored_change(&mut self, state: &Equilibrium, change: &Change) -> Option<Vec<[f64; 3]>> {
-        self.ensure_tangent(state).ok()?;
+    /// dz of a change, by what the stiffness of the tangent is solved with.
+    fn solved_change(&mut self, state: &Equilibrium, change: &Change) -> Option<Vec<[f64; 3]>> {
+        self.ensure_tangent(state, PREDICTED).ok()?;
         let tangent = self.tangent.as_ref()?;
         let Push { bones, mut force } = self.push(state, &tangent.energy, change)?;
-        tangent.factor.solve_in_place(&mut force);
+        let solved = tangent.stiffness.solve_many(&mut force, 1, PREDICTION);
+        self.work.add(0, 0, solved.ok()?.iterations);
         self.with_flesh(bones, &force)
     }
 

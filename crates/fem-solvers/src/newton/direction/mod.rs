@@ -8,6 +8,7 @@ mod pcg;
 mod single;
 
 pub use multigrid::MultigridDirection;
+pub(crate) use multigrid::{FLOPS_PER_BYTE, bytes_of_an_iteration};
 pub use pcg::PcgDirection;
 
 use super::factorizer::Factorizer;

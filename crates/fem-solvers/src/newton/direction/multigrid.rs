@@ -29,7 +29,7 @@ pub struct MultigridDirection<const D: usize, const K: usize> {
 const FEWEST: usize = 30;
 const MOST: usize = 1_000;
 /// Flops of a dense front that take as long as moving one byte of a sparse product.
-const FLOPS_PER_BYTE: f64 = 4.0;
+pub(crate) const FLOPS_PER_BYTE: f64 = 4.0;
 /// Bytes that a cycle and an iteration move, over those of the matrix: four products on levels half
 /// again as large as the finest, one with the matrix itself, prolongators and vectors.
 const BYTES_PER_ITERATION: f64 = 8.0;
@@ -59,10 +59,10 @@ impl<const D: usize, const K: usize> MultigridDirection<D, K> {
         self.multigrid.as_ref()
     }
 
-    /// Whether a usual step moves fewer bytes than a factorization takes flops over four; counts, not
-    /// clocks, so that a run can be repeated bit by bit.
-    pub fn is_cheaper_than(symbolic: &SymbolicCholesky<D>) -> bool {
-        USUAL_STEP < iterations_of_a_factorization(symbolic)
+    /// Whether this many usual steps move fewer bytes than a factorization takes flops over four; counts,
+    /// not clocks, so that a run can be repeated bit by bit.
+    pub fn is_cheaper_than(symbolic: &SymbolicCholesky<D>, steps: f64) -> bool {
+        steps * USUAL_STEP < iterations_of_a_factorization(symbolic)
     }
 
     /// New values, and new aggregates where there are none. `false` where the matrix is not positive definite.
@@ -88,8 +88,13 @@ impl<const D: usize, const K: usize> MultigridDirection<D, K> {
 }
 
 fn iterations_of_a_factorization<const D: usize>(symbolic: &SymbolicCholesky<D>) -> f64 {
+    symbolic.flops() / (FLOPS_PER_BYTE * bytes_of_an_iteration(symbolic))
+}
+
+/// What an iteration on a hierarchy moves.
+pub(crate) fn bytes_of_an_iteration<const D: usize>(symbolic: &SymbolicCholesky<D>) -> f64 {
     let matrix = (8 * D * D * symbolic.pattern().stored()) as f64;
-    symbolic.flops() / (FLOPS_PER_BYTE * BYTES_PER_ITERATION * matrix)
+    BYTES_PER_ITERATION * matrix
 }
 
 impl<const D: usize, const K: usize> DescentDirection<D> for MultigridDirection<D, K> {
