@@ -136,7 +136,7 @@ pub enum NewtonEnd {
 pub enum SolveError {
     /// Newton's method failed other than by not converging.
     #[error(transparent)]
-    Newton(#[from] NewtonError),
+    Newton(Box<NewtonError>),
     /// Conjugate gradients failed.
     #[error(transparent)]
     Pcg(#[from] PcgError),
@@ -161,6 +161,12 @@ pub enum SolveError {
         /// Iterations taken.
         iterations: usize,
     },
+}
+
+impl From<NewtonError> for SolveError {
+    fn from(error: NewtonError) -> Self {
+        Self::Newton(Box::new(error))
+    }
 }
 
 /// `Err` unless the value is finite and positive; NaN fails.

@@ -197,7 +197,7 @@ fn newton_by_qr_finds_the_same_pose_and_says_when_a_face_is_too_large() {
     let by_qr = with(r#""linear_solver": "qr""#).load().expect("a scene");
     assert_eq!(plain.linear_solver, LinearMethod::Rig);
     let positions = |scene: &Scene| {
-        let mut rig = rig(&scene);
+        let mut rig = rig(scene);
         let mut pose = scene.rest_pose();
         pose.activations = vec![0.4, 0.2];
         let solved = rig.solve(&pose).expect("an equilibrium");

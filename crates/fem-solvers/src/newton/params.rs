@@ -382,5 +382,5 @@ pub struct NewtonError {
     pub reason: NewtonFailure,
     /// What nothing determines, where the problem knows of any
     /// ([`NonlinearProblem::undetermined`](super::NonlinearProblem::undetermined)): then this is the cause.
-    pub undetermined: Option<String>,
+    pub undetermined: Option<Box<str>>,
 }
