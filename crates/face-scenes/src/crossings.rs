@@ -6,9 +6,11 @@ type Point = [f64; 3];
 
 /// The triangles that another one of the same surface crosses, ascending. Triangles that share an edge
 /// do not cross, of two that share a corner the sides opposite to it are looked at; triangles in one
-/// plane do not count. One with a corner that is not finite is taken to cross.
+/// plane do not count. One with a corner that is not finite, or too far away for products of three
+/// lengths, is taken to cross.
 ///
-/// Boxes are sorted along one axis, so that about as many pairs are looked at as overlap along it.
+/// Boxes are sorted along the axis on which the surface is longest, so that about as many pairs are looked
+/// at as overlap along it.
 pub fn crossing_triangles(points: &[Point], triangles: &[[u32; 3]]) -> Vec<u32> {
     let nowhere = [f64::NAN; 3];
     let at = |n: u32| points.get(n as usize).copied().unwrap_or(nowhere);
@@ -22,11 +24,12 @@ pub fn crossing_triangles(points: &[Point], triangles: &[[u32; 3]]) -> Vec<u32> 
             crossing.insert(k);
         }
     }
-    boxes.sort_by(|a, b| a.1[0][0].total_cmp(&b.1[0][0]).then(a.0.cmp(&b.0)));
+    let axis = longest(boxes.iter().map(|(_, around)| around));
+    boxes.sort_by(|a, b| a.1[0][axis].total_cmp(&b.1[0][axis]).then(a.0.cmp(&b.0)));
     for (first, (a, [low, high])) in boxes.iter().enumerate() {
         let later = boxes[first + 1..].iter();
-        for (b, [from, to]) in later.take_while(|(_, [from, _])| from[0] <= high[0]) {
-            if (1..3).all(|i| from[i] <= high[i] && low[i] <= to[i])
+        for (b, [from, to]) in later.take_while(|(_, [from, _])| from[axis] <= high[axis]) {
+            if (0..3).all(|i| from[i] <= high[i] && low[i] <= to[i])
                 && cross(
                     [triangles[*a as usize], triangles[*b as usize]],
                     [&corners[*a as usize], &corners[*b as usize]],
@@ -37,6 +40,21 @@ pub fn crossing_triangles(points: &[Point], triangles: &[[u32; 3]]) -> Vec<u32> 
         }
     }
     crossing.into_iter().collect()
+}
+
+/// The axis along which boxes reach farthest.
+fn longest<'a>(boxes: impl Iterator<Item = &'a [Point; 2]>) -> usize {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for [from, to] in boxes {
+        for i in 0..3 {
+            low[i] = low[i].min(from[i]);
+            high[i] = high[i].max(to[i]);
+        }
+    }
+    let reach = |i: &usize| high[*i] - low[*i];
+    (0..3)
+        .max_by(|a, b| reach(a).total_cmp(&reach(b)))
+        .unwrap_or(0)
 }
 
 fn bounds(t: &[Point; 3]) -> [Point; 2] {
@@ -65,7 +83,10 @@ fn cross(names: [[u32; 3]; 2], corners: [&[Point; 3]; 2]) -> bool {
 /// Does the segment from `p` to `q` pass through the inside of a triangle?
 fn passes(p: Point, q: Point, [a, b, c]: &[Point; 3]) -> bool {
     let (before, behind) = (volume(*a, *b, *c, p), volume(*a, *b, *c, q));
-    if !(before * behind < 0.0) {
+    if before.is_nan() || behind.is_nan() {
+        return true;
+    }
+    if !(before.signum() * behind.signum() < 0.0) || before == 0.0 || behind == 0.0 {
         return false;
     }
     let around = [
@@ -128,11 +149,27 @@ mod tests {
         );
     }
 
+    /// Whichever way it lies, and scaled to the end of what numbers hold.
+    #[test]
+    fn no_axis_is_special() {
+        let (points, triangles) = blades();
+        for turn in 0..3 {
+            for scale in [1.0, 1e-90, 1e90] {
+                let turned = |p: &Point| std::array::from_fn(|i| scale * p[(i + turn) % 3]);
+                let turned: Vec<Point> = points.iter().map(turned).collect();
+                assert_eq!(crossing_triangles(&turned, &triangles), [0, 1, 2]);
+            }
+        }
+    }
+
     #[test]
     fn a_place_that_is_none_crosses() {
         let (mut points, triangles) = blades();
         points[5][1] = f64::NAN;
         assert_eq!(crossing_triangles(&points, &triangles), [1]);
         assert_eq!(crossing_triangles(&points, &[[0, 1, 9]]), [0]);
+        points[5] = [3.0, 3.0, 0.0];
+        let far: Vec<Point> = points.iter().map(|p| p.map(|x| 1e200 * x)).collect();
+        assert_eq!(crossing_triangles(&far, &[[0, 1, 2], [1, 3, 4]]), [0, 1]);
     }
 }

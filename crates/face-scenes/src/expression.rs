@@ -2,15 +2,14 @@
 
 use super::alignment::{FAR, Pairs, Suspicion};
 use super::outcome::{LIMIT_SHARE, Outcome, Unfinished, past_limits, possible};
-use super::uncrossed::{prefer_uncrossed, taken_up_again};
+use super::uncrossed::{Ended, Fit};
 use super::{Scene, Target};
 use face_rig::Stopwatch;
 use face_rig::anatomy::JawJoint;
 use face_rig::fit::{
     FitError, FitIteration, FitParams, FitReport, Goal, Goals, Parametrization, Similarity,
 };
-use face_rig::rig::{AffineMap, Rig, Work};
-use fem_assembly::AssemblyError;
+use face_rig::rig::{AffineMap, Rig, RigError, Work};
 use fem_solvers::GaussNewtonFailure;
 use std::collections::BTreeMap;
 
@@ -151,10 +150,14 @@ pub fn fit_expression(
 ) -> Result<ExpressionFit, FitError> {
     let (begin, before) = (Stopwatch::start(), rig.work());
     let goals = goals(scene, target, seen);
-    let fitter = goals.fitter(map, params);
-    let first = ended(fitter.fit(rig, start, observer))?;
-    let ended = taken_up_again(rig, &fitter, &goals, first, observer)?;
-    let (report, outcome) = prefer_uncrossed(scene, rig, &fitter, ended, observer)?;
+    let mut fit = Fit {
+        fitter: goals.fitter(map, params),
+        goals: &goals,
+        observer,
+    };
+    let Ended {
+        report, outcome, ..
+    } = fit.run(scene, rig, start)?;
     let FitReport {
         q,
         parameters,
@@ -163,8 +166,7 @@ pub fn fit_expression(
         ..
     } = report;
     let last = iterations.last();
-    let (ratios, deepest) =
-        measured(rig).map_err(|error| FitError::Pose(Box::new(error.into())))?;
+    let (ratios, deepest) = measured(rig).map_err(|error| FitError::Pose(Box::new(error)))?;
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
     let rms = goals.rms(&positions);
@@ -199,13 +201,11 @@ pub fn fit_expression(
 }
 
 /// det F of every element where the rig is, and the deepest contact.
-fn measured(rig: &Rig) -> Result<(Vec<f64>, Option<f64>), AssemblyError> {
+fn measured(rig: &mut Rig) -> Result<(Vec<f64>, Option<f64>), RigError> {
+    let deepest = rig.deepest_contact()?;
     let assembly = rig.assembly();
     let shape = assembly.positions(&rig.equilibrium().in_cranium_frame)?;
-    Ok((
-        assembly.volume_ratios(shape)?,
-        assembly.deepest_contact(shape)?,
-    ))
+    Ok((assembly.volume_ratios(shape)?, deepest))
 }
 
 /// The pose that a fit ended with, and how it did.

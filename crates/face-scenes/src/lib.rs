@@ -420,8 +420,11 @@ impl Scene {
             dense: None,
             truth: None,
         };
-        self.targets =
-            targets::load(&place, &spec, &self.mesh, &self.landmarks, &self.embedding)?.1;
+        let known = strays::Named {
+            embedding: &mut self.embedding,
+            landmarks: &mut self.landmarks,
+        };
+        self.targets = targets::load(&place, &spec, &self.mesh, known, Strays::Keep)?.targets;
         Ok(())
     }
 

@@ -8,9 +8,10 @@ use super::format::{
 };
 use super::influences::{self, Ground};
 use super::material::{Fibers, NamedMaterial, Region, SceneMaterial};
+use super::strays::Named;
 use super::touching::SkinOf;
 use super::{
-    Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, strays, targets,
+    Contact, Landmark, Scene, SceneError, Skin, contact, generated, json, muscles, targets,
 };
 use face_rig::anatomy::{
     Bone, Bones, CondylarPath, EmbeddedPoint, FiberField, JawHinge, JawJoint, JointError,
@@ -71,19 +72,18 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
         "" => path.file_stem().unwrap_or_default().to_string_lossy(),
         name => name.into(),
     };
-    let (mut skin, targets) = match &file.targets {
-        Some(spec) => targets::load(
-            &place,
-            spec,
-            &flesh.mesh,
-            &flesh.landmarks,
-            &flesh.embedding,
-        )?,
-        None => (None, Vec::new()),
-    };
-    let repaired_strays = match flesh.strays {
-        Strays::Keep => Vec::new(),
-        Strays::Repair => flesh.repair_strays(&place, skin.as_mut())?,
+    let targets = match &file.targets {
+        Some(spec) => {
+            let known = Named {
+                embedding: &mut flesh.embedding,
+                landmarks: &mut flesh.landmarks,
+            };
+            targets::load(&place, spec, &flesh.mesh, known, flesh.strays)?
+        }
+        None if flesh.strays == Strays::Repair => {
+            return Err(place.field(targets::STRAYS, TargetDefect::StraysWithoutSkin));
+        }
+        None => targets::Read::default(),
     };
     let ground = Ground {
         mesh: &flesh.mesh,
@@ -95,7 +95,7 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
     let influences = influences::load(&place, &file, &ground, mesh_file.as_ref())?;
     let ligaments = ligaments(&place, &file, &flesh)?;
     let mut scene = flesh.scene(name.into_owned(), file.fibers);
-    scene.repaired_strays = repaired_strays;
+    scene.repaired_strays = targets.repaired;
     scene.influences = influences;
     scene.ligaments = ligaments;
     scene.path = path.to_path_buf();
@@ -103,7 +103,7 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
     scene.inversion = inversion(&place, file.inversion)?;
     scene.linear_solver = file.linear_solver;
     scene.fit = fit(&place, file.fit)?;
-    scene.skin = skin.or(scene.skin);
+    scene.skin = targets.skin.or(scene.skin);
     if let Some(spec) = &file.contact {
         let of = SkinOf {
             skin: scene.skin.as_ref(),
@@ -112,7 +112,7 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
         };
         scene.contact = contact::load(&place, spec, &of)?;
     }
-    scene.targets = targets;
+    scene.targets = targets.targets;
     if let Some(spec) = file.targets {
         scene.identities = spec.identities;
         if !spec.skip.is_empty() {
@@ -186,22 +186,6 @@ fn flesh(place: &Place, file: &SceneFile) -> Result<(Flesh, Option<MeshFile>), S
 }
 
 impl Flesh {
-    /// The numbers of vertices that were given other flesh.
-    fn repair_strays(
-        &mut self,
-        place: &Place,
-        skin: Option<&mut Skin>,
-    ) -> Result<Vec<u32>, SceneError> {
-        let Some(skin) = skin else {
-            return Err(place.field("face.files.strays", TargetDefect::StraysWithoutSkin));
-        };
-        let named = strays::Named {
-            embedding: &mut self.embedding,
-            landmarks: &mut self.landmarks,
-        };
-        Ok(strays::repair(skin, self.mesh.nodes(), named))
-    }
-
     /// The scene without targets.
     pub fn scene(self, name: String, fibers: Fibers) -> Scene {
         Scene {

@@ -35,6 +35,16 @@ pub enum Unfinished {
     /// All steps were taken.
     #[error("{0} steps were not enough")]
     Steps(usize),
+    /// The pose has another shape by now than the one that was fitted; it is the one told of.
+    #[error(
+        "the pose has another shape by now, {found_mm:.3} mm from the target where {told_mm:.3} mm were fitted"
+    )]
+    AnotherShape {
+        /// The distance of the shape that was fitted, millimeters.
+        told_mm: f64,
+        /// That of the present one.
+        found_mm: f64,
+    },
     /// The solver gave up.
     #[error("{0}")]
     Failed(Box<GaussNewtonFailure<RigError>>),

@@ -25,10 +25,7 @@ pub(super) fn strays(skin: &Skin, rest: &[[f64; 3]]) -> Vec<u32> {
         let near: Vec<u32> = around
             .filter(|&n| distance(place(n), place(v)) < reach)
             .collect();
-        let apart = |n: &&u32| {
-            let other = skin.points[**n as usize].nodes;
-            !own.nodes.iter().any(|node| other.contains(node))
-        };
+        let apart = |n: &&u32| shares_nothing(own, &skin.points[**n as usize]);
         near.len() >= ENOUGH && 2 * near.iter().filter(apart).count() > near.len()
     };
     (0..skin.points.len() as u32).filter(strays).collect()
@@ -40,35 +37,57 @@ pub(super) struct Named<'a> {
     pub landmarks: &'a mut [Landmark],
 }
 
-/// Gives each stray the element of a neighbor, the one that it lies deepest in or least outside of; at
-/// rest it stays where it is. Their numbers in the embedding; one without such a neighbor stays a stray.
-pub(super) fn repair(skin: &mut Skin, rest: &[[f64; 3]], named: Named) -> Vec<u32> {
+/// Gives each stray the element of a near neighbor that rides on other flesh, the one that it lies deepest
+/// in or least outside of; at rest it stays where it is. `numbers` are those of the skin's vertices in the
+/// embedding; returned are those of the strays that are none any more.
+pub(super) fn repair(
+    skin: &mut Skin,
+    numbers: &[u32],
+    rest: &[[f64; 3]],
+    named: Named,
+) -> Vec<u32> {
     let strays = strays(skin, rest);
     let neighbors = neighbors(skin);
     let mut mended = Vec::new();
     for &v in &strays {
-        let place = skin.points[v as usize].position(rest);
-        let around = neighbors[v as usize].iter();
-        let around = around.filter(|n| strays.binary_search(n).is_err());
+        let own = skin.points[v as usize];
+        let (place, reach) = (own.position(rest), NEAR * shortest_edge(&own, rest));
+        let other = |n: &&u32| {
+            let point = &skin.points[**n as usize];
+            let near = distance(skin.rest[**n as usize], skin.rest[v as usize]) < reach;
+            near && shares_nothing(&own, point) && strays.binary_search(n).is_err()
+        };
         let on = |n: &u32| EmbeddedPoint::at(skin.points[*n as usize].nodes, rest, place);
+        let around = neighbors[v as usize].iter().filter(other);
         let best = around
             .filter_map(on)
             .filter(|p| depth(p) >= OUTSIDE)
             .max_by(|a, b| depth(a).total_cmp(&depth(b)));
         mended.extend(best.map(|point| (v, point)));
     }
-    let mut numbers = BTreeSet::new();
+    for &(v, point) in &mended {
+        skin.points[v as usize] = point;
+    }
+    let left = self::strays(skin, rest);
+    let mut repaired = BTreeSet::new();
     for (v, point) in mended {
-        let old = std::mem::replace(&mut skin.points[v as usize], point);
-        for (number, known) in named.embedding.iter_mut().filter(|(_, p)| **p == old) {
-            *known = point;
-            numbers.insert(*number);
-        }
-        for landmark in named.landmarks.iter_mut().filter(|l| l.point == old) {
+        let Some(&number) = numbers.get(v as usize) else {
+            continue;
+        };
+        named.embedding.insert(number, point);
+        let landmarks = named.landmarks.iter_mut();
+        for landmark in landmarks.filter(|l| l.vertex == number) {
             landmark.point = point;
         }
+        if left.binary_search(&v).is_err() {
+            repaired.insert(number);
+        }
     }
-    numbers.into_iter().collect()
+    repaired.into_iter().collect()
+}
+
+fn shares_nothing(a: &EmbeddedPoint, b: &EmbeddedPoint) -> bool {
+    !a.nodes.iter().any(|node| b.nodes.contains(node))
 }
 
 /// The least weight: how deep a point lies in its element, or how far outside.
@@ -139,14 +158,15 @@ mod tests {
         let mut embedding = BTreeMap::from([(70, skin.points[1]), (71, stray)]);
         let mut landmarks = [(48, stray), (49, skin.points[2])].map(|(index, point)| Landmark {
             index,
-            vertex: 71,
+            vertex: 71 + index - 48,
             point,
         });
         let named = Named {
             embedding: &mut embedding,
             landmarks: &mut landmarks,
         };
-        assert_eq!(repair(&mut skin, &rest, named), [71]);
+        let numbers = [71, 70, 72, 73, 74];
+        assert_eq!(repair(&mut skin, &numbers, &rest, named), [71]);
         assert_eq!(skin.points[0].nodes, good.nodes);
         assert!(distance(skin.points[0].position(&rest), place) < 1e-14);
         assert_eq!(embedding[&71], skin.points[0]);

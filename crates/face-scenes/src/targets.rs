@@ -3,8 +3,9 @@
 use super::alignment::Pairs;
 use super::defect::{EmbeddingDefect, LandmarkDefect, Location, TableDefect, TargetDefect};
 use super::distance::distance;
-use super::format::{DenseSpec, FilesSpec, LandmarksSpec, TargetsSpec};
+use super::format::{DenseSpec, FilesSpec, LandmarksSpec, Strays, TargetsSpec};
 use super::load::Place;
+use super::strays::{self, Named};
 use super::table::Table;
 use super::{Landmark, SceneError, Skin, Target, TargetKind, json};
 use face_rig::anatomy::{AffineMap, EmbeddedPoint, TetLocator};
@@ -17,6 +18,8 @@ use std::path::{Path, PathBuf};
 /// A landmark may lie this share of the face's diagonal beside the mesh, or its embedded place beside
 /// the stated one: 3 mm on a head.
 const TOLERANCE: f64 = 0.01;
+/// The field that says what becomes of them.
+pub(super) const STRAYS: &str = "face.files.strays";
 
 /// The embedding table and the landmarks of a face in files.
 pub(super) fn points(
@@ -52,22 +55,48 @@ fn usable_name(name: &str) -> bool {
     !name.is_empty() && !name.starts_with('.') && !name.contains(forbidden)
 }
 
-/// The targets of a face, and the skin of the dense ones.
+/// What is read of the targets of a face.
+#[derive(Default)]
+pub(super) struct Read {
+    /// That of dense targets.
+    pub skin: Option<Skin>,
+    pub targets: Vec<Target>,
+    /// The numbers of vertices that were given other flesh.
+    pub repaired: Vec<u32>,
+}
+
+/// The targets of a face, and the skin of the dense ones; strays of it are repaired before anything is
+/// aimed at.
 pub(super) fn load(
     place: &Place,
     spec: &TargetsSpec,
     mesh: &SimplexMesh<3>,
-    landmarks: &[Landmark],
-    embedding: &BTreeMap<u32, EmbeddedPoint>,
-) -> Result<(Option<Skin>, Vec<Target>), SceneError> {
-    if landmarks.is_empty() {
+    known: Named,
+    on_strays: Strays,
+) -> Result<Read, SceneError> {
+    if known.landmarks.is_empty() {
         return Err(place.field("targets", TargetDefect::NoLandmarks));
     }
-    let mut targets = sparse(place, spec, landmarks, mesh, !embedding.is_empty())?;
-    let skin = match &spec.dense {
-        Some(dense_spec) => Some(dense(place, dense_spec, embedding, &mut targets)?),
-        None => None,
+    let dense = spec.dense.as_ref();
+    let mut dense = dense
+        .map(|spec| Dense::read(place, spec, known.embedding))
+        .transpose()?;
+    let (embedding, landmarks) = (known.embedding, known.landmarks);
+    let repaired = match (on_strays, &mut dense) {
+        (Strays::Keep, _) => Vec::new(),
+        (Strays::Repair, None) => return Err(place.field(STRAYS, TargetDefect::StraysWithoutSkin)),
+        (Strays::Repair, Some(dense)) => {
+            let named = Named {
+                embedding,
+                landmarks,
+            };
+            strays::repair(&mut dense.skin, &dense.numbers, mesh.nodes(), named)
+        }
     };
+    let mut targets = sparse(place, spec, landmarks, mesh, !embedding.is_empty())?;
+    if let Some(dense) = &dense {
+        dense.aim(place, &mut targets)?;
+    }
     for target in &mut targets {
         if let (Some(alignment), Some(dense)) = (&target.alignment, &mut target.dense) {
             dense.iter_mut().for_each(|x| *x = alignment.map.apply(*x));
@@ -76,7 +105,11 @@ pub(super) fn load(
     if let Some(file) = &spec.truth {
         truth(&place.file(file), &mut targets)?;
     }
-    Ok((skin, targets))
+    Ok(Read {
+        skin: dense.map(|dense| dense.skin),
+        targets,
+        repaired,
+    })
 }
 
 fn embedding(
@@ -392,42 +425,66 @@ impl Landmarks<'_> {
     }
 }
 
-fn dense(
-    place: &Place,
-    spec: &DenseSpec,
-    by_id: &BTreeMap<u32, EmbeddedPoint>,
-    targets: &mut [Target],
-) -> Result<Skin, SceneError> {
-    let path: PathBuf = place.file(&spec.file);
-    let file = MeshFile::read(&path)?;
-    let triangles = file.triangles()?;
-    let vertices = file.point_integers(&spec.vertex)?;
-    let mut points = Vec::with_capacity(vertices.len());
-    for (n, vertex) in vertices.iter().enumerate() {
-        let found = u32::try_from(*vertex).ok().and_then(|id| by_id.get(&id));
-        points.push(*found.ok_or_else(|| {
-            let vertex = *vertex;
-            SceneError::invalid(&path, Location::Point(n), TargetDefect::NoVertex { vertex })
-        })?);
+/// The file of dense targets.
+struct Dense<'a> {
+    spec: &'a DenseSpec,
+    file: MeshFile,
+    skin: Skin,
+    /// Of the skin's vertices, in the embedding.
+    numbers: Vec<u32>,
+}
+
+impl<'a> Dense<'a> {
+    fn read(
+        place: &Place,
+        spec: &'a DenseSpec,
+        by_id: &BTreeMap<u32, EmbeddedPoint>,
+    ) -> Result<Self, SceneError> {
+        let path: PathBuf = place.file(&spec.file);
+        let file = MeshFile::read(&path)?;
+        let triangles = file.triangles()?;
+        let vertices = file.point_integers(&spec.vertex)?;
+        let (mut points, mut numbers) = (Vec::new(), Vec::new());
+        for (n, vertex) in vertices.iter().enumerate() {
+            let id = u32::try_from(*vertex).ok();
+            let found = id.and_then(|id| Some((id, by_id.get(&id)?)));
+            let (id, point) = found.ok_or_else(|| {
+                let vertex = *vertex;
+                SceneError::invalid(&path, Location::Point(n), TargetDefect::NoVertex { vertex })
+            })?;
+            points.push(*point);
+            numbers.push(id);
+        }
+        let meters = |x: &[f64; 3]| x.map(|v| v * place.scale);
+        let rest: Vec<[f64; 3]> = file.points.iter().map(meters).collect();
+        if let Some(n) = rest.iter().position(|x| !x.iter().all(|v| v.is_finite())) {
+            let point = Location::Point(n);
+            return Err(SceneError::invalid(&path, point, TargetDefect::NotFinite));
+        }
+        let skin = Skin {
+            points,
+            rest,
+            triangles,
+        };
+        Ok(Self {
+            spec,
+            file,
+            skin,
+            numbers,
+        })
     }
-    let meters = |x: &[f64; 3]| x.map(|v| v * place.scale);
-    let rest: Vec<[f64; 3]> = file.points.iter().map(meters).collect();
-    if let Some(n) = rest.iter().position(|x| !x.iter().all(|v| v.is_finite())) {
-        let point = Location::Point(n);
-        return Err(SceneError::invalid(&path, point, TargetDefect::NotFinite));
+
+    /// Where the skin's vertices should be, for each target.
+    fn aim(&self, place: &Place, targets: &mut [Target]) -> Result<(), SceneError> {
+        for target in targets {
+            let name = format!("{}{}", self.spec.prefix, target.name);
+            let displacement = self.file.point_vectors::<3>(&name)?;
+            let goal =
+                |(x, d): (&[f64; 3], &[f64; 3])| std::array::from_fn(|i| x[i] + place.scale * d[i]);
+            target.dense = Some(self.skin.rest.iter().zip(&displacement).map(goal).collect());
+        }
+        Ok(())
     }
-    for target in targets {
-        let name = format!("{}{}", spec.prefix, target.name);
-        let displacement = file.point_vectors::<3>(&name)?;
-        let goal =
-            |(x, d): (&[f64; 3], &[f64; 3])| std::array::from_fn(|i| x[i] + place.scale * d[i]);
-        target.dense = Some(rest.iter().zip(&displacement).map(goal).collect());
-    }
-    Ok(Skin {
-        points,
-        rest,
-        triangles,
-    })
 }
 
 /// Other fields of the file are of no concern here.

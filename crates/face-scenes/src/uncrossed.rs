@@ -6,8 +6,8 @@
 
 use super::Scene;
 use super::expression::ended;
-use super::outcome::Outcome;
-use face_rig::fit::{FitError, FitIteration, FitReport, Fitter, Goals};
+use super::outcome::{Outcome, Unfinished};
+use face_rig::fit::{FitError, FitIteration, FitParams, FitReport, Fitter, Goals};
 use face_rig::rig::{Equilibrium, Parameters, Rig};
 
 /// How often a fit is taken up again on another shape.
@@ -17,88 +17,169 @@ const ANOTHER: f64 = 1e-4;
 /// In how many parts a pose is reached from rest: what is thin is easily passed in one.
 const PARTS: usize = 4;
 
-/// A fit that ended, with the equilibrium that it found.
-struct Ended {
-    report: FitReport,
-    outcome: Outcome,
+/// A fit that ended, with the equilibrium that it left.
+#[derive(Clone)]
+pub(super) struct Ended {
+    pub report: FitReport,
+    pub outcome: Outcome,
     at: Equilibrium,
-    crossings: usize,
 }
 
-/// A fit that failed on a shape to which its own pose does not lead any more goes on from the shape that
-/// it leads to: its numbers were good, the cost that no step could lower was of another shape.
-pub(super) fn taken_up_again(
-    rig: &mut Rig,
-    fitter: &Fitter,
-    goals: &Goals,
-    first: (FitReport, Outcome),
-    observer: &mut dyn FnMut(&FitIteration),
-) -> Result<(FitReport, Outcome), FitError> {
-    let (mut report, mut outcome) = first;
-    for _ in 0..ROUNDS {
-        let told = report.iterations.last().map_or(f64::NAN, |i| i.rms_mm);
-        let moved = (1e3 * goals.rms(&report.positions) - told).abs();
-        let lost = matches!(outcome, Outcome::NotConverged(_)) && moved > ANOTHER * told;
-        if !lost {
-            break;
-        }
-        let (next, end) = ended(fitter.fit(rig, &report.q, observer))?;
-        (report, outcome) = (after(&report, next), end);
-    }
-    Ok((report, outcome))
+/// A fit to some goals, whoever watches it.
+pub(super) struct Fit<'a> {
+    pub fitter: Fitter<'a>,
+    pub goals: &'a Goals,
+    pub observer: &'a mut dyn FnMut(&FitIteration),
 }
 
-/// Where flesh is to touch and the skin of a fit crosses itself more than at rest, the pose is solved
-/// from rest, and fitted on from there if its skin crosses itself less. The rig is left at the result.
-pub(super) fn prefer_uncrossed(
-    scene: &Scene,
-    rig: &mut Rig,
-    fitter: &Fitter,
-    (report, outcome): (FitReport, Outcome),
-    observer: &mut dyn FnMut(&FitIteration),
-) -> Result<(FitReport, Outcome), FitError> {
-    let touching = scene
-        .skin
-        .as_ref()
-        .filter(|_| scene.contact.flesh.is_some());
-    let Some(skin) = touching else {
-        return Ok((report, outcome));
-    };
-    let at_rest = skin.crossings(scene.mesh.nodes());
-    let mut best = Ended {
-        crossings: skin.crossings(&report.positions),
-        at: rig.equilibrium().clone(),
-        report,
-        outcome,
-    };
-    for round in 0..=ROUNDS {
-        if best.crossings <= at_rest {
-            break;
-        }
-        let Some(at) = from_rest(rig, &best.report)? else {
-            break;
-        };
-        let positions = at.positions();
-        let count = skin.crossings(&positions);
-        if count >= best.crossings {
-            break;
-        }
-        best.crossings = count;
-        best.at = at;
-        best.report.positions = positions;
-        if round == ROUNDS {
-            break;
-        }
-        let (report, outcome) = ended(fitter.fit(rig, &best.report.q, observer))?;
-        best = Ended {
-            crossings: skin.crossings(&report.positions),
-            at: rig.equilibrium().clone(),
-            report: after(&best.report, report),
+impl Ended {
+    pub fn of(rig: &Rig, (report, outcome): (FitReport, Outcome)) -> Self {
+        let at = rig.equilibrium().clone();
+        Self {
+            report,
             outcome,
-        };
+            at,
+        }
     }
-    rig.start_from(best.at).map_err(pose)?;
-    Ok((best.report, best.outcome))
+
+    /// Steps so far.
+    fn steps(&self) -> usize {
+        self.report.iterations.last().map_or(0, |i| i.iteration)
+    }
+
+    /// Another shape of the same pose, to which nothing was fitted.
+    fn at_another(&self, at: Equilibrium, goals: &Goals) -> Self {
+        let mut other = self.clone();
+        other.report.positions = at.positions();
+        other.at = at;
+        other.report.stop = None;
+        other.outcome = other.another(goals);
+        other
+    }
+
+    fn another(&self, goals: &Goals) -> Outcome {
+        let told_mm = self.told();
+        let found_mm = 1e3 * goals.rms(&self.report.positions);
+        Outcome::NotConverged(Unfinished::AnotherShape { told_mm, found_mm })
+    }
+
+    /// The distance of the shape that was fitted, millimeters.
+    fn told(&self) -> f64 {
+        let last = self.report.iterations.last();
+        last.map_or(f64::NAN, |i| i.rms_mm)
+    }
+}
+
+impl Fit<'_> {
+    /// Is the shape that the pose leads to by now not the one that was fitted?
+    fn has_moved(&self, of: &Ended) -> bool {
+        let found = 1e3 * self.goals.rms(&of.report.positions);
+        let nothing = 1e3 * self.fitter.params.rms_tolerance;
+        (found - of.told()).abs() > nothing.max(ANOTHER * of.told())
+    }
+
+    /// From the numbers `start` to the end, on whichever shape a fit should have. The rig is left there.
+    pub fn run(&mut self, scene: &Scene, rig: &mut Rig, start: &[f64]) -> Result<Ended, FitError> {
+        let first = ended(self.fitter.fit(rig, start, &mut *self.observer))?;
+        let first = self.taken_up_again(rig, Ended::of(rig, first))?;
+        let best = self.uncrossed(scene, rig, first)?;
+        if *rig.equilibrium() != best.at {
+            rig.start_from(best.at.clone()).map_err(pose)?;
+        }
+        Ok(best)
+    }
+
+    /// A fit on a shape to which its own pose does not lead any more goes on from the shape that it leads
+    /// to: the cost that no step could lower was of another shape.
+    pub fn taken_up_again(&mut self, rig: &mut Rig, first: Ended) -> Result<Ended, FitError> {
+        let mut last = first;
+        for _ in 0..ROUNDS {
+            let out_of_steps = matches!(last.outcome, Outcome::NotConverged(Unfinished::Steps(_)));
+            if out_of_steps || !self.has_moved(&last) {
+                break;
+            }
+            match self.gone_on(rig, &last)? {
+                Some(next) => last = next,
+                None => break,
+            }
+        }
+        let settled = matches!(last.outcome, Outcome::Converged(_));
+        if settled && self.has_moved(&last) {
+            last.outcome = last.another(self.goals);
+        }
+        Ok(last)
+    }
+
+    /// Where flesh is to touch and the skin of a fit crosses itself more than at rest, the pose is solved
+    /// from rest, and fitted on from there if its skin crosses itself less.
+    fn uncrossed(&mut self, scene: &Scene, rig: &mut Rig, first: Ended) -> Result<Ended, FitError> {
+        let skin = scene.skin.as_ref();
+        let Some(skin) = skin.filter(|_| scene.contact.flesh.is_some()) else {
+            return Ok(first);
+        };
+        let crossings = |of: &Ended| skin.crossings(&of.report.positions);
+        let at_rest = skin.crossings(scene.mesh.nodes());
+        let mut best = first;
+        for _ in 0..ROUNDS {
+            if crossings(&best) <= at_rest || best.steps() >= self.fitter.params.max_iterations {
+                break;
+            }
+            let Some(at) = from_rest(rig, &best.report)? else {
+                break;
+            };
+            let other = best.at_another(at, self.goals);
+            if crossings(&other) >= crossings(&best) {
+                break;
+            }
+            match self.gone_on(rig, &other)? {
+                Some(next) if crossings(&next) <= crossings(&other) => best = next,
+                _ => {
+                    best = other;
+                    break;
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// The fit from where an earlier one ended, with the steps that are left; `None` where it fails or
+    /// none is left.
+    fn gone_on(&mut self, rig: &mut Rig, earlier: &Ended) -> Result<Option<Ended>, FitError> {
+        let steps = earlier.steps();
+        let left = self.fitter.params.max_iterations.saturating_sub(steps);
+        if left == 0 {
+            return Ok(None);
+        }
+        let params = FitParams {
+            max_iterations: left,
+            ..self.fitter.params.clone()
+        };
+        let fitter = Fitter {
+            params: &params,
+            ..self.fitter
+        };
+        let mut observer = |i: &FitIteration| {
+            let iteration = steps + i.iteration;
+            (self.observer)(&FitIteration { iteration, ..*i });
+        };
+        match ended(fitter.fit(rig, &earlier.report.q, &mut observer)) {
+            Ok((report, outcome)) => {
+                let outcome = match outcome {
+                    Outcome::NotConverged(Unfinished::Steps(n)) => {
+                        Outcome::NotConverged(Unfinished::Steps(steps + n))
+                    }
+                    other => other,
+                };
+                let report = after(&earlier.report, report);
+                Ok(Some(Ended::of(rig, (report, outcome))))
+            }
+            Err(FitError::Cancelled { q, iterations }) => Err(FitError::Cancelled {
+                q,
+                iterations: joined(&earlier.report.iterations, &iterations),
+            }),
+            Err(_) => Ok(None),
+        }
+    }
 }
 
 /// The same pose, reached from rest; `None` where that fails.
@@ -134,18 +215,22 @@ fn pose(error: face_rig::rig::RigError) -> FitError {
     FitError::Pose(Box::new(error))
 }
 
-/// A fit that went on where an earlier one had ended: its start is no step.
+/// A fit that went on where an earlier one had ended.
 fn after(earlier: &FitReport, mut report: FitReport) -> FitReport {
-    let mut iterations = earlier.iterations.clone();
-    let (steps, seconds) = iterations
+    report.iterations = joined(&earlier.iterations, &report.iterations);
+    report
+}
+
+/// The steps of both; the start of the second is no step.
+fn joined(earlier: &[FitIteration], later: &[FitIteration]) -> Vec<FitIteration> {
+    let (steps, seconds) = earlier
         .last()
-        .map_or((0, 0.0), |last| (last.iteration, last.seconds));
-    let went_on = report.iterations.iter().filter(|i| i.iteration > 0);
-    iterations.extend(went_on.map(|i| FitIteration {
+        .map_or((0, 0.0), |i| (i.iteration, i.seconds));
+    let went_on = later.iter().filter(|i| i.iteration > 0);
+    let went_on = went_on.map(|i| FitIteration {
         iteration: steps + i.iteration,
         seconds: seconds + i.seconds,
         ..*i
-    }));
-    report.iterations = iterations;
-    report
+    });
+    earlier.iter().copied().chain(went_on).collect()
 }

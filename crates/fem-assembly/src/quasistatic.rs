@@ -63,7 +63,8 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
     ///
     /// # Errors
     /// As [`Quasistatic::new`], and [`AssemblyError::Free`] where [`Assembly::free_motions`] finds any at
-    /// rest.
+    /// rest. What is not touched at rest holds nothing there: [`Quasistatic::new`] is for a body that
+    /// falls on a plate.
     pub fn held(
         assembly: &'a Assembly<D>,
         positions: Vec<[f64; D]>,

@@ -365,6 +365,18 @@ impl Rig {
         }
     }
 
+    /// How deep flesh lies in flesh or solids at the last solved pose, beyond rest, meters; `None` where
+    /// nothing touches anything. Stencils are renewed there.
+    ///
+    /// # Errors
+    /// As the terms' renewal.
+    pub fn deepest_contact(&mut self) -> Result<Option<f64>, RigError> {
+        let at = self.equilibrium.clone();
+        self.renew(&at)?;
+        let shape = self.assembly.positions(&at.in_cranium_frame)?;
+        Ok(self.assembly.deepest_contact(shape)?)
+    }
+
     /// Stencils that hold everything that has an energy at a pose, and a solver for them.
     fn renew(&mut self, at: &Equilibrium) -> Result<(), RigError> {
         if !self.assembly.changes() {

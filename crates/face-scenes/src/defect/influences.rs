@@ -89,6 +89,14 @@ pub enum InfluenceDefect {
         /// What was given.
         stiffness: f64,
     },
+    /// A penalty that could pull.
+    #[error(
+        "a penalty with a factor below 0 pulls flesh in, without end; begin the range at 0 or above"
+    )]
+    Pulls,
+    /// A penalty against nothing.
+    #[error("names no eyeball, so the penalty pushes nothing")]
+    NoObstacle,
     /// A penalty against triangles.
     #[error(
         "a penalty takes a sphere, capsule, box, half_space or eyeballs; triangles are a solid of \"contact\""

@@ -152,6 +152,10 @@ impl Reader<'_> {
             } => {
                 let nodes = self.body.nodes(&format!("{field}.at"), at)?;
                 let kind = self.penalties(field, &nodes, *stiffness, shape)?;
+                if range.is_some_and(|[low, _]| low < 0.0) {
+                    let place = self.body.place;
+                    return Err(place.field(format!("{field}.range"), InfluenceDefect::Pulls));
+                }
                 Ok(Influence {
                     name: name.clone(),
                     neutral: factor(*range),
@@ -262,10 +266,14 @@ impl Reader<'_> {
             RigidSurface::Implicit(surface) => Some(surface),
             _ => None,
         };
+        let obstacles: Vec<_> = shapes.into_iter().filter_map(implicit).collect();
+        if obstacles.is_empty() {
+            return Err(place.field(format!("{field}.shape"), InfluenceDefect::NoObstacle));
+        }
         Ok(InfluenceKind::Penalties {
             nodes: nodes.iter().map(|&n| n as usize).collect(),
             stiffness,
-            obstacles: shapes.into_iter().filter_map(implicit).collect(),
+            obstacles,
         })
     }
 

@@ -189,6 +189,13 @@ fn penalties_that_push_nowhere_are_named() {
             .to_string();
         expect(&error, &parts);
     }
+    let pulling = wall("300", PLANE).replace("[0, 2]", "[-1, 1]");
+    let error = with(&pulling).load().expect_err("it pulls").to_string();
+    expect(&error, &["loads[0].range", "below 0"]);
+    let blind = with(&wall("300", r#"{ "eyeballs": "eyes.json" }"#));
+    blind.text("eyes.json", r#"{ "eyeballs": {} }"#);
+    let error = blind.load().expect_err("nothing to push").to_string();
+    expect(&error, &["loads[0].shape", "no eyeball"]);
 }
 
 #[test]

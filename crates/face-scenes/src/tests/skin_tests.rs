@@ -112,6 +112,8 @@ fn strays_are_kept_or_repaired_as_the_scene_says() {
     assert_eq!(skin.points[0].nodes, nodes);
     assert_eq!(repaired.embedding[&7], skin.points[0]);
     assert_eq!(repaired.landmarks[0].point, skin.points[0]);
+    // What is fitted is the repaired place.
+    assert_eq!(repaired.targets[0].landmarks[0].point, skin.points[0]);
     files.edit(
         "scene.json",
         "\"strays\": \"repair\"",

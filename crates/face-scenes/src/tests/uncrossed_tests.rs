@@ -2,13 +2,14 @@
 
 use super::influence_tests::rig;
 use super::*;
-use crate::uncrossed::taken_up_again;
+use crate::uncrossed::{Ended, Fit};
 use face_rig::anatomy::Bones;
 use face_rig::fit::{
     CraniumModel, FitIteration, FitParams, FitReport, Goals, JawModel, Parametrization,
 };
 use face_rig::rig::Equilibrium;
 use fem_assembly::FleshContactParams;
+use fem_solvers::GaussNewtonFailure;
 
 /// How far the jaw brings the lower block up, and what lies between the blocks at rest, meters.
 const RISE: f64 = 5e-3;
@@ -80,7 +81,6 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
     let scene = two_blocks();
     let (target, map, params) = (shut(&scene), rigid(&scene), FitParams::default());
     let goals: Goals = target.landmarks.iter().copied().collect();
-    let fitter = goals.fitter(&map, &params);
     let mut rig = rig(&scene);
     let rest = rig.equilibrium().positions();
     // What a fit tells of its last step, and the distance of the shape that it leaves.
@@ -103,9 +103,20 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
             stop: None,
             positions: rest.clone(),
         };
-        let first = (report, Outcome::NotConverged(Unfinished::Steps(3)));
-        let ended = rig.lent(|rig| taken_up_again(rig, &fitter, &goals, first, &mut |_| {}));
-        let (report, outcome) = ended.expect("a fit");
+        let gave_up = GaussNewtonFailure::NoDecrease { lambda: 1e5 };
+        let outcome = Outcome::NotConverged(Unfinished::Failed(Box::new(gave_up)));
+        let ended = rig.lent(|rig| {
+            let first = Ended::of(rig, (report, outcome));
+            let mut fit = Fit {
+                fitter: goals.fitter(&map, &params),
+                goals: &goals,
+                observer: &mut |_| {},
+            };
+            fit.taken_up_again(rig, first)
+        });
+        let Ended {
+            report, outcome, ..
+        } = ended.expect("a fit");
         let converged = matches!(outcome, Outcome::Converged(_));
         assert_eq!(converged, goes_on, "{outcome:?}");
         assert_eq!(report.iterations[0], stuck);

@@ -20,16 +20,22 @@ impl EmbeddedPoint {
     }
 
     /// The point at `p` on the tetrahedron of `nodes`, whose places are `rest`; far outside it the weights
-    /// are large. `None` where the tetrahedron has no volume, a node is not in `rest` or a number is not
-    /// finite.
+    /// are large. `None` where the tetrahedron has less than 1e-9 of the volume that its longest edge
+    /// allows, a node is not in `rest` or a number is not finite.
     pub fn at(nodes: [u32; 4], rest: &[[f64; 3]], p: [f64; 3]) -> Option<Self> {
         let mut corners = [[0.0; 3]; 4];
         for (corner, n) in corners.iter_mut().zip(nodes) {
             *corner = *rest.get(n as usize)?;
         }
-        let from = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] - corners[0][i]) };
+        let from = |x: [f64; 3]| sub(x, corners[0]);
         let [b, c, d, p] = [corners[1], corners[2], corners[3], p].map(from);
         let volume = triple(b, c, d);
+        let edges = [b, c, d, sub(c, b), sub(d, b), sub(d, c)];
+        let longest = edges.map(|e| e.map(|x| x * x).iter().sum::<f64>().sqrt());
+        let longest = longest.into_iter().fold(0.0, f64::max);
+        if !(volume.abs() > FLAT * longest * longest * longest) {
+            return None;
+        }
         let others = [triple(p, c, d), triple(b, p, d), triple(b, c, p)].map(|v| v / volume);
         let weights = [
             1.0 - others[0] - others[1] - others[2],
@@ -51,6 +57,13 @@ impl EmbeddedPoint {
         let [p, q, r, s] = self.weights;
         std::array::from_fn(|i| p * a[i] + q * b[i] + r * c[i] + s * d[i])
     }
+}
+
+/// The share of the cube of its longest edge that a tetrahedron's volume, six times, is at least.
+const FLAT: f64 = 1e-9;
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
 }
 
 /// a · (b × c).
@@ -98,6 +111,11 @@ mod tests {
             EmbeddedPoint::at([0, 1, 2, 8], mesh.nodes(), [0.5; 3]),
             None
         );
+        // In one plane to the last digit that its coordinates have.
+        let plane = [[0.1, 0.7, 0.3], [0.9, 0.2, 0.4], [0.3, 0.35, 0.6]];
+        let mean = |i: usize| plane.iter().map(|p| p[i]).sum::<f64>() / 3.0;
+        let flat = [plane[0], plane[1], plane[2], [mean(0), mean(1), mean(2)]];
+        assert_eq!(EmbeddedPoint::at([0, 1, 2, 3], &flat, [0.5; 3]), None);
         let nowhere = [f64::NAN, 0.0, 0.0];
         assert_eq!(EmbeddedPoint::at(mesh.tet(0), mesh.nodes(), nowhere), None);
     }

@@ -381,6 +381,7 @@ pub struct NewtonError {
     #[source]
     pub reason: NewtonFailure,
     /// What nothing determines, where the problem knows of any
-    /// ([`NonlinearProblem::undetermined`](super::NonlinearProblem::undetermined)): then this is the cause.
+    /// ([`NonlinearProblem::undetermined`](super::NonlinearProblem::undetermined)): what comes first to mind
+    /// as the cause.
     pub undetermined: Option<Box<str>>,
 }
