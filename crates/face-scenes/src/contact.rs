@@ -335,8 +335,12 @@ fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
 }
 
 impl Contact {
-    /// Adds a term for the solids of each bone, and one for the flesh itself.
-    pub(super) fn add_to(
+    /// Adds a term for the solids of each bone, and one for the flesh itself; `embedding` has points of
+    /// the skin that solids push beside the faces of the mesh.
+    ///
+    /// # Errors
+    /// As [`RigidContact::new`] and [`FleshContact::carried`].
+    pub fn add_to(
         &self,
         mut builder: AssemblyBuilder<3>,
         mesh: &SimplexMesh<3>,

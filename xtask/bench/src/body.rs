@@ -6,7 +6,7 @@ use crate::timing::{Timed, fastest};
 use fem_assembly::{Assembly, Quasistatic};
 use fem_solvers::{
     LinearSolver, MultigridDirection, MultigridParams, Newton, NewtonInfo, NewtonParams,
-    PreconditionerChoice,
+    PreconditionerChoice, StopReason,
 };
 
 /// A body, where its solve begins, and what its energy is given.
@@ -76,11 +76,30 @@ pub fn to(tolerance: f64) -> NewtonParams {
 }
 
 impl Body {
-    /// Solves once; analysis and hierarchy of the linear solver included.
+    /// Solves once, and trusts no `Ok`: the forces that are left are summed again.
+    ///
+    /// # Errors
+    /// If it does not converge, or promises more than it holds.
+    pub fn solve(&self, linear: Linear, params: &NewtonParams) -> Result<Equilibrium, Failure> {
+        let found = self.solve_alone(linear, params)?;
+        self.check(&found, params)?;
+        Ok(found)
+    }
+
+    fn check(&self, found: &Equilibrium, params: &NewtonParams) -> Result<(), Failure> {
+        let (x, controls) = (found.positions.clone(), self.controls.clone());
+        kept(&self.assembly, x, controls, params, found.info.stop)
+    }
+
+    /// What is timed or counted: solves once; analysis and hierarchy of the linear solver included.
     ///
     /// # Errors
     /// If it does not converge.
-    pub fn solve(&self, linear: Linear, params: &NewtonParams) -> Result<Equilibrium, Failure> {
+    pub fn solve_alone(
+        &self,
+        linear: Linear,
+        params: &NewtonParams,
+    ) -> Result<Equilibrium, Failure> {
         let problem = Quasistatic::new(&self.assembly, self.start.clone(), self.controls.clone())?;
         let mut x = problem.unknowns();
         let info = match linear {
@@ -102,17 +121,19 @@ impl Body {
         })
     }
 
-    /// The same, several times.
+    /// The same, several times; what the last one found is checked.
     ///
     /// # Errors
-    /// If it does not converge.
+    /// As [`Body::solve`].
     pub fn timed(
         &self,
         repetitions: usize,
         linear: Linear,
         params: &NewtonParams,
     ) -> Result<Timed<Equilibrium>, Failure> {
-        fastest(repetitions, || self.solve(linear, params))
+        let timed = fastest(repetitions, || self.solve_alone(linear, params))?;
+        self.check(&timed.value, params)?;
+        Ok(timed)
     }
 
     /// A point of a curve.
@@ -133,6 +154,34 @@ impl Body {
             iterations: info.linear_iterations,
             memory: solved.memory,
         }
+    }
+}
+
+/// Sums the forces that are left node by node, and holds them to what the solver's stop promises.
+///
+/// # Errors
+/// Where more is left, or lists do not fit.
+pub fn kept(
+    assembly: &Assembly<3>,
+    positions: Vec<[f64; 3]>,
+    controls: Vec<f64>,
+    params: &NewtonParams,
+    stop: StopReason,
+) -> Result<(), Failure> {
+    let forces = assembly.forces_everywhere(assembly.configuration(&positions, &controls)?);
+    let problem = Quasistatic::new(assembly, positions, controls)?;
+    let x = problem.unknowns();
+    let found = stress::kept(&problem, &x, &forces, params, stop);
+    let found = found.map_err(|e| Failure::Failed(e.message.into()))?;
+    match found.left <= found.allowed {
+        true => Ok(()),
+        false => Err(Failure::Failed(
+            format!(
+                "a solve that ends with {stop:?} promises {:e} N, and leaves {:e} N",
+                found.allowed, found.left
+            )
+            .into(),
+        )),
     }
 }
 

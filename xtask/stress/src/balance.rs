@@ -6,9 +6,7 @@ use crate::row::Evidence;
 use fem_assembly::Quasistatic;
 use fem_assembly::mesh::SimplexMesh;
 use fem_kinematics::Mat;
-use fem_solvers::{
-    BlockSymmetric, HessianProjection, NewtonInfo, NewtonParams, NonlinearProblem, StopReason,
-};
+use fem_solvers::{BlockSymmetric, HessianProjection, NewtonParams, NonlinearProblem, StopReason};
 
 /// A sum that keeps what its additions lose (Neumaier 1974).
 #[derive(Clone, Copy, Default)]
@@ -134,38 +132,23 @@ fn pressures(body: &Body, x: &[[f64; 3]]) -> Option<Vec<f64>> {
     Some(of_element)
 }
 
-/// Compares the forces that are left at the free unknowns with what [`NewtonInfo::stop`] says of them,
-/// and gives the worst.
+/// Compares the forces that are left at the free unknowns with what a stop says of them, and gives the
+/// worst. Where nobody says which test was met, [`StopReason::Rounding`] is the weakest promise.
 pub fn kept(
     problem: &Quasistatic<'_, 3>,
     x: &[f64],
     everywhere: &[[f64; 3]],
     params: &NewtonParams,
-    info: &NewtonInfo,
+    stop: StopReason,
 ) -> Result<Evidence, Failure> {
     let floor = rounding(problem, x);
-    let promised = |i: usize, share: f64| match info.stop {
+    let promised = |i: usize, share: f64| match stop {
         StopReason::Gradient => params.gradient_tolerance,
         StopReason::RelativeGradient => share,
         StopReason::Rounding => share.max(floor[i]),
         // A step tolerance promises no force.
         _ => f64::NAN,
     };
-    Ok(Evidence {
-        steps: info.iterations,
-        ..worst(problem, x, everywhere, params, &floor, promised)?
-    })
-}
-
-/// The same where nobody says which test was met: the weakest promise.
-pub fn kept_to_rounding(
-    problem: &Quasistatic<'_, 3>,
-    x: &[f64],
-    everywhere: &[[f64; 3]],
-    params: &NewtonParams,
-) -> Result<Evidence, Failure> {
-    let floor = rounding(problem, x);
-    let promised = |i: usize, share: f64| share.max(floor[i]);
     worst(problem, x, everywhere, params, &floor, promised)
 }
 

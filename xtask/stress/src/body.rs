@@ -248,7 +248,10 @@ impl Body {
         let forces = balance::forces(self, positions)?;
         let problem = Quasistatic::new(assembly, positions.to_vec(), vec![])?;
         let x = problem.unknowns();
-        balance::kept(&problem, &x, &forces, params, info)
+        Ok(Evidence {
+            steps: info.iterations,
+            ..balance::kept(&problem, &x, &forces, params, info.stop)?
+        })
     }
 }
 

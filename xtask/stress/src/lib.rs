@@ -13,6 +13,7 @@ pub mod rows;
 mod runner;
 mod table;
 
+pub use balance::kept;
 pub use failure::Failure;
 pub use row::{Evidence, Expected, Row, Settings, Verdict};
 pub use runner::{Options, Record, run, run_rows};

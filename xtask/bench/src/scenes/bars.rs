@@ -35,7 +35,7 @@ const POISSON: f64 = 0.45;
 
 fn counted(load: Load) -> Result<(), Failure> {
     let bar = Bar::new(load, 4, Kind::Linear, POISSON)?;
-    bar.body.solve(AUTO, &to(1e-8)).map(|_| ())
+    bar.body.solve_alone(AUTO, &to(1e-8)).map(|_| ())
 }
 
 fn curves(load: Load, settings: &Settings) -> Result<Vec<Curve>, Failure> {

@@ -1,7 +1,7 @@
 //! dx/dθ of the built-in face: exact columns and adjoints against differences of equilibria.
 
 use super::Scene;
-use super::faces::{posed, rig_to};
+use super::faces::{came_to_rest, posed, rig_to};
 use crate::curve::{Axis, Claim, Curve, Point};
 use crate::failure::Failure;
 use crate::settings::Settings;
@@ -83,7 +83,8 @@ fn curves(settings: &Settings) -> Result<Vec<Curve>, Failure> {
     let pose = posed(&face)?;
     let mut rig = face.rig(rig_to(1e-12))?;
     let weights = [(-TRUE_STEP, -0.5 / TRUE_STEP), (TRUE_STEP, 0.5 / TRUE_STEP)];
-    rig.solve(&pose)?;
+    let z = rig.solve(&pose)?.in_cranium_frame.clone();
+    came_to_rest(&face, &pose, z, &rig_to(1e-12))?;
     let columns = (0..MUSCLES).map(|m| difference(&mut rig, &pose, m, &weights));
     let exact: Columns = columns.collect::<Result<_, Failure>>()?;
     Ok(vec![
@@ -172,7 +173,8 @@ fn routes(face: &Face, pose: &Parameters, settings: &Settings) -> Result<Curve, 
     let name = "Jacobian by all muscles and the jaw, pose and factor given";
     let mut curve = Curve::new(name, Axis::Route, Claim::AtMost(1e-9));
     let mut rig = face.rig(rig_to(1e-10))?;
-    rig.solve(pose)?;
+    let z = rig.solve(pose)?.in_cranium_frame.clone();
+    came_to_rest(face, pose, z, &rig_to(1e-10))?;
     let mut directions: Vec<Direction> = (0..rig.muscles()).map(Direction::Activation).collect();
     directions.extend((0..AffineMap::PARAMETERS).map(|k| Direction::Jaw(AffineMap::unit(k))));
     let unknowns = unknowns(&rig);

@@ -21,7 +21,7 @@ pub const SCENE: Scene = Scene {
     run: curves,
     counted: Some(|| {
         let (body, _) = sphere(3, Kind::Linear, lame(YOUNG, 0.3))?;
-        body.solve(DIRECT, &to(1e-8)).map(|_| ())
+        body.solve_alone(DIRECT, &to(1e-8)).map(|_| ())
     }),
 };
 

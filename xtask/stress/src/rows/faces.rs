@@ -57,6 +57,14 @@ pub fn rows() -> Vec<Row> {
         ),
         built_in("jaw-25", "the jaw at 25.33°", answer, 0.0, 25.33, WALK),
         built_in("jaw-35", "the jaw at 35°", answer, 0.0, 35.0, WALK),
+        touching("touching-smile", "zygomatic muscles at 0.6", 0.6, 0.0),
+        touching("touching-jaw-25", "the jaw at 25.33°", 0.0, 25.33),
+        touching(
+            "touching-jaw-minus-3",
+            "the jaw shut by 3° more than at rest",
+            0.0,
+            -3.0,
+        ),
         Row::new(
             "faces",
             "muscles-twins",
@@ -70,6 +78,7 @@ pub fn rows() -> Vec<Row> {
         ("coarse", 0.0, 25.33),
         ("coarse", 0.0, 35.0),
         ("coarse", 1.0, 25.33),
+        ("coarse_touching", 0.0, 25.33),
         ("medium", 0.0, 25.33),
     ];
     for (size, activations, degrees) in heads {
@@ -78,14 +87,15 @@ pub fn rows() -> Vec<Row> {
             head(&file, activations, degrees, settings)
         };
         let muscles = if activations > 0.0 { "all-1-" } else { "" };
-        let name = format!("head-{size}-{muscles}jaw-{degrees}");
+        let size = size.replace('_', " and ");
+        let name = format!("head-{}-{muscles}jaw-{degrees}", size.replace(" and ", "-"));
         let what = format!("the {size} head, muscles at {activations}, the jaw at {degrees}°");
         rows.push(Row::new("heads", name, what, answer, run).long());
     }
     rows
 }
 
-/// The built-in face, touching nothing: the forces that are summed independently know no contact.
+/// The built-in face, touching nothing.
 fn face(settings: &Settings) -> Result<Scene, Failure> {
     let mut scene = Scene::builtin(if settings.quick { 4_000 } else { 20_000 })?;
     scene.contact = Contact::default();
@@ -108,6 +118,21 @@ fn built_in(
     })
 }
 
+/// The built-in face with its eyeballs, teeth and lips, which touch.
+fn touching(name: &str, what: &str, smile: f64, degrees: f64) -> Row {
+    let what = format!("the built-in face with lips, teeth and eyeballs: {what}");
+    Row::new("faces", name, what, Expected::Answer, move |settings| {
+        let scene = Scene::builtin(if settings.quick { 4_000 } else { 20_000 })?;
+        let mut rig = rig(&scene, WALK, settings)?;
+        let mut pose = pose(&scene, 0.0, degrees);
+        let muscles = scene.muscles.iter().zip(&mut pose.activations);
+        muscles
+            .filter(|(muscle, _)| muscle.name.starts_with("zygomaticus_major"))
+            .for_each(|(_, activation)| *activation = smile);
+        solve(&scene, &mut rig, &pose)
+    })
+}
+
 /// A head of the reference data, where that is.
 fn head(
     file: &str,
@@ -121,9 +146,7 @@ fn head(
         ));
     }
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/face-scenes/scenes");
-    let mut scene = Scene::load(scenes.join(file))?;
-    // Forces of contacts are not summed here.
-    scene.contact = Default::default();
+    let scene = Scene::load(scenes.join(file))?;
     let mut rig = rig(&scene, WALK, settings)?;
     solve(&scene, &mut rig, &pose(&scene, activations, degrees))
 }

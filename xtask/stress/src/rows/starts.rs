@@ -80,15 +80,7 @@ pub fn rows() -> Vec<Row> {
             rows.push(if known { row.long() } else { row });
         }
     }
-    // From far away the large block takes minutes.
-    for (start, name, what) in STARTS.into_iter().filter(|row| row.0 != Start::Far) {
-        let run = move |settings: &Settings| {
-            back("stable_neo_hookean", Minima::Rest, start, LARGE, settings)
-        };
-        let name = format!("start-{name}-50k-stable_neo_hookean");
-        let what = format!("{what}; 50,400 tetrahedra");
-        rows.push(Row::new("starts", name, what, Expected::Answer, run).long());
-    }
+    rows.extend(large());
     let known = |name: &str, what: &str, expected, model: &'static str, start, cells| {
         let run = move |settings: &Settings| back(model, Minima::Rest, start, cells, settings);
         Row::new("starts", name, what, expected, run)
@@ -119,6 +111,34 @@ pub fn rows() -> Vec<Row> {
         SMALL,
     );
     rows.push(inv_stvk.long());
+    rows
+}
+
+/// The models of the large block, beside one that starts from everywhere; `docs/stress.md` says why not all.
+const LARGE_TOO: [&str; 5] = [
+    "stable_neo_hookean_nolog",
+    "corotated",
+    "fixed_corotated",
+    "arap",
+    "qr_aniso",
+];
+
+/// 50,400 tetrahedra: one model from everywhere but far away, which takes minutes, and a few from the
+/// start that most often finds a code out.
+fn large() -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (model, minima) in MODELS {
+        let wanted = |start: Start| match model {
+            "stable_neo_hookean" => start != Start::Far,
+            _ => start == Start::Random && LARGE_TOO.contains(&model),
+        };
+        for (start, name, what) in STARTS.into_iter().filter(|row| wanted(row.0)) {
+            let run = move |settings: &Settings| back(model, minima, start, LARGE, settings);
+            let name = format!("start-{name}-50k-{model}");
+            let what = format!("{what}; 50,400 tetrahedra");
+            rows.push(Row::new("starts", name, what, Expected::Answer, run).long());
+        }
+    }
     rows
 }
 
