@@ -509,6 +509,40 @@ fn multigrid_is_used_when_asked_for_and_never_when_not() {
             let work = done.pointer(&format!("/results/{work}")).unwrap();
             let counts = (work["linear_iterations"] != 0, work["factorizations"] == 0);
             assert_eq!(counts, (iterates, iterates), "{command} {word}");
+            assert_eq!(done["settings"]["multigrid"], word, "{command}");
+        }
+    }
+}
+
+#[test]
+fn a_scene_solved_by_qr_takes_no_multigrid_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    with_targets(at);
+    let text = std::fs::read_to_string(at.join("scene.json")).unwrap();
+    let by_qr = text.replacen('{', r#"{ "linear_solver": "qr","#, 1);
+    std::fs::write(at.join("scene.json"), by_qr).unwrap();
+    for command in ["simulate", "jacobian", "fit"] {
+        for word in ["auto", "never"] {
+            let done = report(at, command, &["--multigrid", word]).1;
+            assert_eq!(done["settings"]["multigrid"], "never", "{command} {word}");
+        }
+        let output = Command::new(env!("CARGO_BIN_EXE_face-rig"))
+            .args([
+                command,
+                "scene.json",
+                "--multigrid",
+                "always",
+                "--out",
+                "none",
+            ])
+            .current_dir(at)
+            .output()
+            .unwrap();
+        assert_ne!(output.status.code(), Some(0), "{command}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        for part in ["linear_solver", "qr", "--multigrid always"] {
+            assert!(message.contains(part), "{command}: {message}");
         }
     }
 }

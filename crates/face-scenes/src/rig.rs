@@ -20,10 +20,12 @@ pub enum RigSceneError {
 }
 
 impl Scene {
-    /// The scene's flesh, muscles and bones as a [`Rig`], at rest.
+    /// The scene's flesh, muscles and bones as a [`Rig`], at rest; [`Rig::params`] has what the scene
+    /// changed of `params`.
     ///
     /// # Errors
-    /// [`RigSceneError`] names the region, element or fiber that is unusable.
+    /// [`RigSceneError`] names the region, element or fiber that is unusable, and what of `params`
+    /// contradicts the scene: [`MultigridUse::Always`] a scene that is solved by QR.
     pub fn rig(&self, params: RigParams) -> Result<Rig, RigSceneError> {
         if self.bones.cranium.is_empty() && self.bones.jaw.is_empty() {
             let defect = FleshDefect::NoBone;
@@ -40,10 +42,15 @@ impl Scene {
         Ok(rig.with_controls(self.controls())?)
     }
 
-    /// The linear solver that the scene names, if it names one.
+    /// The linear solver that the scene names, if it names one; where multigrid is used by counts, it
+    /// then is never.
     fn solved_by(&self, params: RigParams, unknowns: usize) -> Result<RigParams, SceneError> {
         if self.linear_solver == LinearMethod::Rig {
             return Ok(params);
+        }
+        if params.multigrid == MultigridUse::Always {
+            let defect = FleshDefect::QrOrMultigrid;
+            return Err(SceneError::invalid(&self.path, "linear_solver", defect));
         }
         let limit = LinearSolver::LARGEST_QR;
         if unknowns > limit {

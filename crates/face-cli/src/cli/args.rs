@@ -137,6 +137,18 @@ impl From<Multigrid> for MultigridUse {
     }
 }
 
+impl Multigrid {
+    /// What a rig does, as a report tells it: a scene may have decided otherwise than was asked for.
+    pub fn told(of_rig: MultigridUse) -> String {
+        let effective = match of_rig {
+            MultigridUse::WhereCheaper | MultigridUse::WhereFarCheaper => Self::Auto,
+            MultigridUse::Always => Self::Always,
+            MultigridUse::Never => Self::Never,
+        };
+        format!("{effective:?}").to_lowercase()
+    }
+}
+
 #[derive(clap::Args, Debug)]
 pub struct SimulateArgs {
     /// Scene file, `builtin` or `builtin:TETS`.

@@ -55,7 +55,8 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     out.enter("report");
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
-    let report = out.report("fit", settings(scene, args, &params), results)?;
+    let settings = settings(scene, args, &params, &rig);
+    let report = out.report("fit", settings, results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
@@ -85,7 +86,7 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     }
 }
 
-fn settings(scene: &Scene, args: &FitArgs, params: &FitParams) -> Value {
+fn settings(scene: &Scene, args: &FitArgs, params: &FitParams, rig: &Rig) -> Value {
     let of_scene = scene.fit.orthogonality;
     let orthogonality = match args.orthogonality {
         Some(mm2) => json!(mm2),
@@ -98,7 +99,7 @@ fn settings(scene: &Scene, args: &FitArgs, params: &FitParams) -> Value {
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
         "jaw_weight_mm2": args.jaw_weight, "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start,
-        "multigrid": format!("{:?}", args.multigrid).to_lowercase() })
+        "multigrid": Multigrid::told(rig.params().multigrid) })
 }
 
 fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {

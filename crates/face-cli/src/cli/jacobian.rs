@@ -1,6 +1,6 @@
 //! `face-rig jacobian`.
 
-use super::args::{JacobianArgs, OutputArgs};
+use super::args::{JacobianArgs, Multigrid, OutputArgs};
 use super::clock::Clock;
 use super::error::Failure;
 use super::output::{Output, say};
@@ -54,7 +54,7 @@ pub fn run(args: &JacobianArgs, output: &OutputArgs, mut clock: Clock) -> Result
     };
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
         "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control,
-        "multigrid": format!("{:?}", args.multigrid).to_lowercase() });
+        "multigrid": Multigrid::told(rig.params().multigrid) });
     let results =
         json!({ "rows": points.dim(), "columns": names, "route": route, "work": rig.work() });
     let report = out.report("jacobian", settings, results)?;

@@ -1,6 +1,6 @@
 //! `face-rig simulate`.
 
-use super::args::{Format, OutputArgs, Pictures, SimulateArgs};
+use super::args::{Format, Multigrid, OutputArgs, Pictures, SimulateArgs};
 use super::clock::Clock;
 use super::draw::{Shape, pose as draw_pose};
 use super::error::{Failure, Squashed, Unsolved};
@@ -50,7 +50,8 @@ pub fn run(args: &SimulateArgs, output: &OutputArgs, mut clock: Clock) -> Result
 
     out.enter("report");
     let settings = json!({ "scene": args.scene, "set": args.pose.set, "jaw": args.pose.jaw,
-        "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control });
+        "jaw_shift_mm": args.pose.jaw_shift, "control": args.pose.control,
+        "multigrid": Multigrid::told(rig.params().multigrid) });
     let found = Found::of(scene, &rig, &parameters, &positions)?;
     let report = out.report(
         "simulate",

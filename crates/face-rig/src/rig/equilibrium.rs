@@ -72,12 +72,13 @@ pub struct RigParams {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MultigridUse {
     /// Where it takes fewer operations than a factorization, by the counts of the analysis: those of a
-    /// usual step for equilibria, those of all right-hand sides for a derivative.
+    /// usual step for equilibria, those of all right-hand sides for a derivative. A derivative whose
+    /// hierarchy cannot be made is taken by a factor.
     WhereCheaper,
     /// Where four steps of it do: for poses that follow each other, which share one factor in `f32` over
     /// steps and poses and need another one for the derivative in any case.
     WhereFarCheaper,
-    /// Always.
+    /// Always, for want of memory: never a factor.
     Always,
     /// Never.
     Never,
@@ -249,6 +250,10 @@ impl Rig {
         self
     }
 
+    /// How it is solved: what it was made with, the linear solver by size.
+    pub fn params(&self) -> &RigParams {
+        &self.params
+    }
     /// Number of muscles.
     pub fn muscles(&self) -> usize {
         self.controls.muscles()

@@ -102,9 +102,18 @@ pub enum RigError {
     ///
     /// [`RigParams::derivative_tolerance`]: super::RigParams::derivative_tolerance
     #[error(
-        "dx/dθ was not found to its tolerance by multigrid, take a looser one or a factor: {0}"
+        "dx/dθ was not found to its tolerance by multigrid; take a looser one \
+         (`RigParams::derivative_tolerance`), or factor with `MultigridUse::Never`: {0}"
     )]
     Derivative(PcgError),
+    /// Conjugate gradients for dx/dθ met a residual whose product with that of a cycle is not positive:
+    /// the hierarchy, in its own precision, stands for no stiffness. Whether the true one is stable it
+    /// does not say.
+    #[error(
+        "the multigrid hierarchy does not precondition the stiffness here; factor with \
+         `MultigridUse::Never`, which also tells whether dx/dθ exists: {0}"
+    )]
+    Preconditioner(PcgError),
     /// The derivative was asked for before any stiffness was factored.
     #[error("no stiffness has been factored at this pose")]
     NoTangent,

@@ -40,6 +40,12 @@ pub enum FleshDefect {
         /// The limit.
         limit: usize,
     },
+    /// Dense QR by the scene, multigrid always by the caller.
+    #[error(
+        "\"qr\" solves without multigrid, which is asked for always (--multigrid always); leave \
+         \"linear_solver\" out of the scene, or take --multigrid auto or never"
+    )]
+    QrOrMultigrid,
     /// Regions of a face that the program makes.
     #[error("the built-in face has no arrays to tell regions by; leave it out")]
     RegionsOfBuiltin,

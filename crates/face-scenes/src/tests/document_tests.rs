@@ -6,7 +6,7 @@ use super::influence_tests::rig;
 use super::influence_tests::with;
 use super::*;
 use crate::LinearMethod;
-use face_rig::rig::RigParams;
+use face_rig::rig::{MultigridUse, RigParams};
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs};
 use fem_materials::inversion::Thresholded;
 use fem_materials::{Lame, NeoHookean};
@@ -215,6 +215,23 @@ fn newton_by_qr_finds_the_same_pose_and_says_when_a_face_is_too_large() {
     assert_ne!(here, there);
     for (a, b) in here.as_flattened().iter().zip(there.as_flattened()) {
         assert!((a - b).abs() < 1e-10, "{a} {b}");
+    }
+    let with_multigrid = |multigrid| {
+        let params = RigParams {
+            multigrid,
+            ..RigParams::default()
+        };
+        let made = Scene::rig(&by_qr, params);
+        made.map(|rig| rig.params().multigrid)
+            .map_err(|error| error.to_string())
+    };
+    let error = with_multigrid(MultigridUse::Always).expect_err("a contradiction");
+    expect(
+        &error,
+        &["linear_solver", "qr", "--multigrid always", "or take"],
+    );
+    for multigrid in [MultigridUse::WhereCheaper, MultigridUse::Never] {
+        assert_eq!(with_multigrid(multigrid), Ok(MultigridUse::Never));
     }
     let mut face = Scene::builtin(20_000).expect("a face");
     face.linear_solver = LinearMethod::Qr;

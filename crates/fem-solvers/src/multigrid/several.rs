@@ -2,6 +2,8 @@
 
 mod iterate;
 mod product;
+#[cfg(test)]
+mod tests;
 
 use self::iterate::{Iterate, System};
 use self::product::product;
@@ -88,9 +90,13 @@ impl<T: LevelScalar, const D: usize, const K: usize> Multigrid<D, K, T> {
     /// is not positive definite may go unnoticed where they do not.
     ///
     /// # Errors
-    /// [`PcgError`] of the first column that failed, [`PcgError::NotConverged`] with `‖b − A x‖_M / ‖x‖_A`
-    /// in place of the residual's own norm; [`PcgError::Preconditioner`] also where the hierarchy is not
-    /// usable or made for another pattern. `x` is then unspecified.
+    /// The [`PcgError`] of the first columns solved together, in their order, of which one fails: what
+    /// met its iterations first, of the leftmost column where several did in one; indices count the
+    /// entries of that column, and which one it is is not told. [`PcgError::NotConverged`] has the most
+    /// iterations and the largest `‖b − A x‖_M / ‖x‖_A` of the columns beside it, in place of the residual's
+    /// own norm. [`PcgError::Preconditioner`] also where the hierarchy is not usable or made for another
+    /// pattern, [`PcgError::NonFinite`] also where `f64` has no number for the solution or for `xᵀAx`.
+    /// `x` is then unspecified.
     pub fn solve_many(
         &self,
         matrix: &BlockSymmetric<D>,
@@ -149,11 +155,13 @@ fn check(n: usize, x: &[f64], ncols: usize, params: &SolveManyParams) -> Result<
         let what = "energy_tolerance";
         return Err(PcgError::Tolerance { what, value });
     }
-    if x.len() != n * ncols {
+    // No slice is as long as a product that saturates.
+    let expected = n.saturating_mul(ncols);
+    if x.len() != expected {
         return Err(PcgError::Dimension {
             what: "the block of right-hand sides",
             found: x.len(),
-            expected: n * ncols,
+            expected,
         });
     }
     match first_non_finite(x) {
@@ -215,12 +223,8 @@ fn solve<const B: usize>(
         let finished = iterate.run(system, tolerance, most)?;
         error = iterate.look(system, &b, tolerance)?;
         if error <= tolerance {
-            for (k, column) in columns.chunks_exact_mut(n).enumerate() {
-                for (value, x) in column.iter_mut().zip(&iterate.x) {
-                    *value = x[k] / scales[k];
-                }
-            }
             let iterations = iterate.iterations();
+            unscale(&iterate.x, &scales, columns, iterate.longest())?;
             return Ok(SolveManyInfo { iterations, error });
         }
         if !finished {
@@ -231,4 +235,26 @@ fn solve<const B: usize>(
         iterations: iterate.longest(),
         relative_residual: error,
     })
+}
+
+/// Solutions of the right-hand sides as they were given; they may be too large for a number.
+fn unscale<const B: usize>(
+    x: &[[f64; B]],
+    scales: &[f64; B],
+    columns: &mut [f64],
+    iteration: usize,
+) -> Result<(), PcgError> {
+    for (k, column) in columns.chunks_exact_mut(x.len()).enumerate() {
+        for (value, x) in column.iter_mut().zip(x) {
+            *value = x[k] / scales[k];
+        }
+        if let Some(index) = first_non_finite(column) {
+            return Err(PcgError::NonFinite {
+                iteration,
+                what: "the solution",
+                index,
+            });
+        }
+    }
+    Ok(())
 }

@@ -188,6 +188,42 @@ fn what_does_not_converge_or_is_not_definite_is_an_error() {
 }
 
 #[test]
+fn a_block_of_more_columns_than_memory_has_is_of_another_length() {
+    let bar = bar(2, true);
+    let (hierarchy, n) = (made::<f32>(&bar), bar.matrix.dim());
+    assert_eq!(n % 8, 0);
+    // The first product wraps around to 0.
+    for count in [usize::MAX / 8 + 1, usize::MAX] {
+        let solved = hierarchy.solve_many(&bar.matrix, &mut [], count, &to(1e-9));
+        assert!(matches!(solved, Err(PcgError::Dimension { found: 0, .. })));
+    }
+}
+
+#[test]
+fn a_solution_beyond_every_number_is_an_error() {
+    let bar = bar(2, true);
+    let mut soft = bar.matrix.clone();
+    let values = soft.values_mut().as_flattened_mut().as_flattened_mut();
+    values.iter_mut().for_each(|v| *v *= 1e-6);
+    let mut hierarchy: Multigrid<3, 6> = Multigrid::new(rigid(&bar.points), params());
+    hierarchy.update(&soft).unwrap();
+    let n = soft.dim();
+    // Alone, together, and the last one of those together.
+    for (count, large) in [(1, 0), (4, 0), (4, 3)] {
+        let mut x = load(n * count, 23);
+        x[large * n..][..n].iter_mut().for_each(|v| *v *= 1e305);
+        let error = hierarchy.solve_many(&soft, &mut x, count, &to(1e-9));
+        let error = error.unwrap_err();
+        let found =
+            matches!(&error, PcgError::NonFinite { what: "the solution", index, .. } if *index < n);
+        assert!(found, "{error}");
+    }
+    let mut x = load(n, 23);
+    x.iter_mut().for_each(|v| *v *= 1e290);
+    hierarchy.solve_many(&soft, &mut x, 1, &to(1e-9)).unwrap();
+}
+
+#[test]
 fn an_absent_scalar_is_zero_whatever_stands_there() {
     let bar = bar(2, true);
     let pattern = bar.matrix.pattern();

@@ -6,9 +6,14 @@ use crate::rig::jacobian::{CountedSolver, Sensitivity};
 use crate::stopwatch::Stopwatch;
 use fem_assembly::Quasistatic;
 use fem_solvers::{
-    BlockSymmetric, CholeskyFactor, HessianProjection, Multigrid, MultigridParams, NewtonFailure,
-    NonlinearProblem, PcgError, SolveManyInfo, SolveManyParams,
+    BlockPattern, BlockSymmetric, CholeskyFactor, HessianProjection, MatrixPreconditioner,
+    Multigrid, MultigridParams, NewtonFailure, NonlinearProblem, PcgError, PreconditionerError,
+    SolveManyInfo, SolveManyParams,
 };
+use std::sync::Arc;
+
+#[cfg(test)]
+mod tests;
 
 /// A hierarchy of rigid motions.
 type Hierarchy = Multigrid<3, 6>;
@@ -29,6 +34,19 @@ pub(in crate::rig) enum Stiffness {
 }
 
 impl Stiffness {
+    fn multilevel(
+        problem: &Quasistatic<'_, 3>,
+        x: &[f64],
+        pattern: &Arc<BlockPattern>,
+    ) -> Result<Self, PreconditionerError> {
+        let mut matrix = BlockSymmetric::zeros(pattern.clone());
+        problem.hessian(x, HessianProjection::None, &mut matrix);
+        matrix.fill_padding();
+        let mut hierarchy = Hierarchy::new(problem.near_kernel(x), MultigridParams::default());
+        hierarchy.update(&matrix)?;
+        Ok(Self::Multilevel(Box::new((matrix, hierarchy))))
+    }
+
     /// `X ← K⁻¹ X` for `count` columns, to this error in the norm of K where it is not a factor.
     pub fn solve_many(
         &self,
@@ -50,6 +68,7 @@ impl Stiffness {
                 let solved = hierarchy.solve_many(matrix, block, count, &params);
                 solved.map_err(|error| match error {
                     PcgError::NegativeCurvature { .. } => RigError::Unstable(error.into()),
+                    PcgError::Preconditioner { .. } => RigError::Preconditioner(error),
                     error => RigError::Derivative(error),
                 })
             }
@@ -75,8 +94,9 @@ impl Rig {
     ///
     /// # Errors
     /// [`RigError::Unstable`] where the stiffness is not positive definite. A factor always finds that out,
-    /// here. A hierarchy finds it where one of its levels shows it, and the conjugate gradients later where
-    /// the Krylov space of a right-hand side does; what none of them sees passes.
+    /// here. Where a level of a hierarchy shows it, and what else keeps one from being made, a factor decides,
+    /// but for [`MultigridUse::Always`]; the conjugate gradients find it later where the Krylov space
+    /// of a right-hand side does; what none of them sees passes.
     pub fn sensitivity_for(
         &mut self,
         right_hand_sides: usize,
@@ -127,33 +147,45 @@ impl Rig {
         self.tangent = None;
         let energy = self.controls.of_energy(&at.parameters);
         let multilevel = self.iterates_for(right_hand_sides);
-        let Self {
-            assembly,
-            newton,
-            work,
-            ..
-        } = &mut *self;
-        let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), energy.clone())?;
-        let x = problem.unknowns();
-        let stiffness = if multilevel {
-            let mut matrix = BlockSymmetric::zeros(assembly.pattern().clone());
-            problem.hessian(&x, HessianProjection::None, &mut matrix);
-            matrix.fill_padding();
-            let mut hierarchy = Hierarchy::new(problem.near_kernel(&x), MultigridParams::default());
-            fem_solvers::MatrixPreconditioner::update(&mut hierarchy, &matrix)
-                .map_err(NewtonFailure::from)?;
-            Stiffness::Multilevel(Box::new((matrix, hierarchy)))
-        } else {
-            let factor = newton.factor_at(&problem, &x)?;
-            work.factorizations += 1;
-            Stiffness::Factored(factor)
-        };
+        let stiffness = self.stiffness_at(at, energy.clone(), multilevel)?;
         self.tangent = Some(Tangent {
             at: at.clone(),
             energy,
             stiffness,
         });
         Ok(())
+    }
+
+    /// A hierarchy where one is asked for; where it cannot be made, a factor unless
+    /// [`MultigridUse::Always`].
+    fn stiffness_at(
+        &mut self,
+        at: &Equilibrium,
+        energy: Vec<f64>,
+        multilevel: bool,
+    ) -> Result<Stiffness, RigError> {
+        let Self {
+            assembly,
+            newton,
+            work,
+            params,
+            ..
+        } = self;
+        let problem = Quasistatic::new(assembly, at.in_cranium_frame.clone(), energy)?;
+        let x = problem.unknowns();
+        if multilevel {
+            match Stiffness::multilevel(&problem, &x, assembly.pattern()) {
+                Ok(made) => return Ok(made),
+                Err(error) if params.multigrid == MultigridUse::Always => {
+                    return Err(NewtonFailure::from(error).into());
+                }
+                // A factor tells an unstable pose from what only the hierarchy cannot do.
+                Err(_) => {}
+            }
+        }
+        let factor = newton.factor_at(&problem, &x)?;
+        work.factorizations += 1;
+        Ok(Stiffness::Factored(factor))
     }
 
     /// Are this many right-hand sides solved for by conjugate gradients?

@@ -179,7 +179,9 @@ impl<const B: usize> Iterate<B> {
     }
 
     /// Takes the residual itself in place of the recurrence's: the largest error that it shows, after
-    /// which columns whose residual is worse than their tolerance work on from where they stand.
+    /// which columns whose residual is worse than their tolerance work on from where they stand. An
+    /// energy that overflowed, and a residual that a cycle gives no positive size, measure nothing and
+    /// are errors.
     pub fn look(
         &mut self,
         system: &impl System<B>,
@@ -205,12 +207,20 @@ impl<const B: usize> Iterate<B> {
                     k,
                 ));
             }
+            let iteration = column.iterations;
+            if !column.energy.is_finite() {
+                return Err(not_finite("the energy xᵀAx", iteration, &self.x, k));
+            }
             let error = if rz[k] > 0.0 {
                 (rz[k] / column.energy).sqrt()
-            } else {
+            } else if self.r.iter().all(|r| r[k] == 0.0) {
                 0.0
+            } else {
+                return Err(PcgError::Preconditioner { iteration });
             };
-            largest = largest.max(error);
+            if error.is_nan() || error > largest {
+                largest = error;
+            }
             column.works = !(error <= tolerance);
             column.since = 0;
         }
