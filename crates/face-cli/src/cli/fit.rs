@@ -61,10 +61,8 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
         say(table(&fits).trim_end())?;
-        for line in fits.iter().filter_map(aligned) {
-            say(line)?;
-        }
-        for line in fits.iter().filter_map(|fit| controls(scene, fit)) {
+        let found = fits.iter().filter_map(|fit| controls(scene, fit));
+        for line in fits.iter().filter_map(aligned).chain(found) {
             say(line)?;
         }
         for (name, why) in &impossible {
