@@ -82,7 +82,11 @@ impl Fit<'_> {
     pub fn run(&mut self, scene: &Scene, rig: &mut Rig, start: &[f64]) -> Result<Ended, FitError> {
         let first = ended(self.fitter.fit(rig, start, &mut *self.observer))?;
         let first = self.taken_up_again(rig, Ended::of(rig, first))?;
-        let best = self.uncrossed(scene, rig, first)?;
+        let mut best = self.uncrossed(scene, rig, first)?;
+        let settled = matches!(best.outcome, Outcome::Converged(_));
+        if settled && self.has_moved(&best) {
+            best.outcome = best.another(self.goals);
+        }
         if *rig.equilibrium() != best.at {
             rig.start_from(best.at.clone()).map_err(pose)?;
         }
@@ -102,10 +106,6 @@ impl Fit<'_> {
                 Some(next) => last = next,
                 None => break,
             }
-        }
-        let settled = matches!(last.outcome, Outcome::Converged(_));
-        if settled && self.has_moved(&last) {
-            last.outcome = last.another(self.goals);
         }
         Ok(last)
     }
