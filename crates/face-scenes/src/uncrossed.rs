@@ -23,6 +23,8 @@ pub(super) struct Ended {
     pub report: FitReport,
     pub outcome: Outcome,
     at: Equilibrium,
+    /// The distance of the shape that was fitted last, millimeters: its start's where no step was taken.
+    told_mm: f64,
 }
 
 /// A fit to some goals, whoever watches it.
@@ -34,11 +36,12 @@ pub(super) struct Fit<'a> {
 
 impl Ended {
     pub fn of(rig: &Rig, (report, outcome): (FitReport, Outcome)) -> Self {
-        let at = rig.equilibrium().clone();
+        let last = report.iterations.last();
         Self {
+            told_mm: last.map_or(f64::NAN, |i| i.rms_mm),
             report,
             outcome,
-            at,
+            at: rig.equilibrium().clone(),
         }
     }
 
@@ -58,24 +61,18 @@ impl Ended {
     }
 
     fn another(&self, goals: &Goals) -> Outcome {
-        let told_mm = self.told();
+        let told_mm = self.told_mm;
         let found_mm = 1e3 * goals.rms(&self.report.positions);
         Outcome::NotConverged(Unfinished::AnotherShape { told_mm, found_mm })
-    }
-
-    /// The distance of the shape that was fitted, millimeters.
-    fn told(&self) -> f64 {
-        let last = self.report.iterations.last();
-        last.map_or(f64::NAN, |i| i.rms_mm)
     }
 }
 
 impl Fit<'_> {
     /// Is the shape that the pose leads to by now not the one that was fitted?
-    fn has_moved(&self, of: &Ended) -> bool {
+    pub fn has_moved(&self, of: &Ended) -> bool {
         let found = 1e3 * self.goals.rms(&of.report.positions);
         let nothing = 1e3 * self.fitter.params.rms_tolerance;
-        (found - of.told()).abs() > nothing.max(ANOTHER * of.told())
+        (found - of.told_mm).abs() > nothing.max(ANOTHER * of.told_mm)
     }
 
     /// From the numbers `start` to the end, on whichever shape a fit should have. The rig is left there.
@@ -170,8 +167,10 @@ impl Fit<'_> {
                     }
                     other => other,
                 };
-                let report = after(&earlier.report, report);
-                Ok(Some(Ended::of(rig, (report, outcome))))
+                let mut ended = Ended::of(rig, (report, outcome));
+                let all = joined(&earlier.report.iterations, &ended.report.iterations);
+                ended.report.iterations = all;
+                Ok(Some(ended))
             }
             Err(FitError::Cancelled { q, iterations }) => Err(FitError::Cancelled {
                 q,
@@ -186,10 +185,9 @@ impl Fit<'_> {
 fn from_rest(rig: &mut Rig, report: &FitReport) -> Result<Option<Equilibrium>, FitError> {
     let relaxed = Parameters::rest(rig.muscles()).with_controls(vec![0.0; rig.controls()]);
     let rest = Equilibrium {
-        parameters: relaxed,
+        parameters: relaxed.clone(),
         in_cranium_frame: rig.assembly().rest().to_vec(),
     };
-    let relaxed = rest.parameters.clone();
     rig.start_from(rest).map_err(pose)?;
     for part in 1..=PARTS {
         let share = part as f64 / PARTS as f64;
@@ -213,12 +211,6 @@ fn from_rest(rig: &mut Rig, report: &FitReport) -> Result<Option<Equilibrium>, F
 
 fn pose(error: face_rig::rig::RigError) -> FitError {
     FitError::Pose(Box::new(error))
-}
-
-/// A fit that went on where an earlier one had ended.
-fn after(earlier: &FitReport, mut report: FitReport) -> FitReport {
-    report.iterations = joined(&earlier.iterations, &report.iterations);
-    report
 }
 
 /// The steps of both; the start of the second is no step.

@@ -5,7 +5,7 @@ use super::*;
 use crate::uncrossed::{Ended, Fit};
 use face_rig::anatomy::Bones;
 use face_rig::fit::{
-    CraniumModel, FitIteration, FitParams, FitReport, Goals, JawModel, Parametrization,
+    CraniumModel, FitError, FitIteration, FitParams, FitReport, Goals, JawModel, Parametrization,
 };
 use face_rig::rig::Equilibrium;
 use fem_assembly::FleshContactParams;
@@ -84,7 +84,14 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
     let mut rig = rig(&scene);
     let rest = rig.equilibrium().positions();
     // What a fit tells of its last step, and the distance of the shape that it leaves.
-    for (share, goes_on) in [(1.0, false), (0.9, true)] {
+    let mut there = map.rest();
+    there[map.jaw_start() + 4] = RISE;
+    // The last stands where no step is left to take; that start is what it then tells of.
+    for (share, goes_on, q) in [
+        (1.0, false, map.rest()),
+        (0.9, true, map.rest()),
+        (0.9, true, there),
+    ] {
         let told = 1e3 * share * goals.rms(&rest);
         let stuck = FitIteration {
             iteration: 3,
@@ -97,8 +104,8 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
             seconds: 1.0,
         };
         let report = FitReport {
-            q: map.rest(),
-            parameters: map.parameters(&map.rest()).expect("a pose"),
+            parameters: map.parameters(&q).expect("a pose"),
+            q,
             iterations: vec![stuck],
             stop: None,
             positions: rest.clone(),
@@ -112,7 +119,9 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
                 goals: &goals,
                 observer: &mut |_| {},
             };
-            fit.taken_up_again(rig, first)
+            let ended = fit.taken_up_again(rig, first)?;
+            assert!(!fit.has_moved(&ended));
+            Ok::<_, FitError>(ended)
         });
         let Ended {
             report, outcome, ..
