@@ -11,6 +11,8 @@ use std::process::Command;
 
 #[path = "options/ends.rs"]
 mod ends;
+#[path = "options/of_scenes.rs"]
+mod of_scenes;
 #[path = "../../face-rig/tests/all/promise.rs"]
 mod promise;
 use promise::Rig;

@@ -3,7 +3,7 @@
 use super::alignment::{FAR, Pairs, Suspicion};
 use super::outcome::{LIMIT_SHARE, Outcome, Unfinished, past_limits, possible};
 use super::uncrossed::{Ended, Fit};
-use super::{Scene, Target};
+use super::{PointsSpec, Scene, Target};
 use face_rig::Stopwatch;
 use face_rig::anatomy::JawJoint;
 use face_rig::fit::{
@@ -29,6 +29,17 @@ pub enum Observed {
     },
 }
 
+impl PointsSpec {
+    /// As a fit takes them.
+    pub fn observed(self, landmark_weight: f64) -> Observed {
+        match self {
+            Self::Landmarks => Observed::Landmarks,
+            Self::Dense => Observed::Dense,
+            Self::Both => Observed::Both { landmark_weight },
+        }
+    }
+}
+
 /// How an expression's fit ended.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ExpressionFit {
@@ -38,11 +49,12 @@ pub struct ExpressionFit {
     pub points: usize,
     /// What laid the target over the face before the fit, if that was asked for.
     pub alignment: Option<Similarity>,
-    /// Root-mean-square distance at rest, millimeters.
+    /// Root-mean-square distance of the points fitted at rest, millimeters; of landmarks alone where both
+    /// they and the dense skin are fitted, whose distance is [`dense`](Self::dense).
     pub rms_before_mm: f64,
     /// The same after the fit.
     pub rms_after_mm: f64,
-    /// Largest distance after the fit, millimeters.
+    /// Largest distance of the same points after the fit, millimeters.
     pub largest_mm: f64,
     /// Steps.
     pub iterations: usize,
@@ -171,13 +183,14 @@ pub fn fit_expression(
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
     let rms = goals.rms(&positions);
     let outcome = met(outcome, scene, target, rms);
+    let told = told(scene, target, seen);
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: goals.counted(),
         alignment: target.alignment,
-        rms_before_mm: 1e3 * goals.rms(scene.mesh.nodes()),
-        rms_after_mm: 1e3 * rms,
-        largest_mm: 1e3 * goals.largest(&positions),
+        rms_before_mm: 1e3 * told.rms(scene.mesh.nodes()),
+        rms_after_mm: 1e3 * told.rms(&positions),
+        largest_mm: 1e3 * told.largest(&positions),
         iterations: last.map_or(0, |i| i.iteration),
         work: rig.work() - before,
         seconds: begin.elapsed().as_secs_f64(),
@@ -269,6 +282,16 @@ fn dense_error(scene: &Scene, target: &Target, x: &[[f64; 3]]) -> Option<DenseEr
         rms_after_mm: 1e3 * goals.rms(x),
         largest_mm: 1e3 * goals.largest(x),
     })
+}
+
+/// Whose distances are told: of landmarks, where they are fitted.
+fn told(scene: &Scene, target: &Target, seen: Observed) -> Goals {
+    match seen {
+        Observed::Both { .. } if !target.landmarks.is_empty() => {
+            goals(scene, target, Observed::Landmarks)
+        }
+        _ => goals(scene, target, seen),
+    }
 }
 
 /// What a fit of a target is to reach.

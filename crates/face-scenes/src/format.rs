@@ -1,7 +1,7 @@
 //! The scene file: JSON, unknown fields refused. The module's documentation shows one.
 
 use super::contact::ContactSpec;
-use super::courses::{DrawnMuscle, DrawnRegion, LigamentSpec, OwnFibersSpec};
+use super::courses::{BundlesSpec, DrawnMuscle, DrawnRegion, LigamentSpec, OwnFibersSpec};
 use super::influences::{CavitySpec, LoadSpec, MotionSpec, StiffnessSpec, StrengthSpec};
 use super::material::{Fibers, SceneMaterial};
 use serde::{Deserialize, Serialize};
@@ -99,12 +99,44 @@ pub enum LinearMethod {
     Qr,
 }
 
-/// What fits of a scene weigh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// What fits of a scene see and weigh, unless they are told otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitSpec {
+    /// Which points of a target are fitted; its landmarks by default.
+    pub points: PointsSpec,
+    /// How much a landmark counts beside a point of the dense skin, where both are fitted; 1 by default.
+    pub landmark_weight: f64,
+    /// Tikhonov weight of the joint's protrusion, lateral shift and yaw, each relative to its limit,
+    /// millimeters squared; 300 by default, which suits the 68 landmarks of a face.
+    pub jaw_weight_mm2: f64,
     /// Weights of ½ w |MᵀM − I|² for a head and a jaw that may move by an affine map M.
     pub orthogonality: OrthogonalitySpec,
+}
+
+impl Default for FitSpec {
+    fn default() -> Self {
+        Self {
+            points: PointsSpec::Landmarks,
+            landmark_weight: 1.0,
+            jaw_weight_mm2: 300.0,
+            orthogonality: OrthogonalitySpec::default(),
+        }
+    }
+}
+
+/// Which points of a target are fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum PointsSpec {
+    /// Its landmarks.
+    #[default]
+    Landmarks,
+    /// Its dense skin.
+    Dense,
+    /// Both.
+    Both,
 }
 
 /// Weights of the orthogonality of affine maps, millimeters squared: larger keeps a map rigid, 0 lets it
@@ -306,6 +338,9 @@ pub struct MusclesSpec {
     /// What some muscles have for themselves.
     #[serde(default)]
     pub own: Vec<OwnFibersSpec>,
+    /// Muscles that are divided into bundles.
+    #[serde(default)]
+    pub bundles: Vec<BundlesSpec>,
 }
 
 /// Muscle names.

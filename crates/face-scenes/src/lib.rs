@@ -86,9 +86,10 @@
 //!   000 ([`Inversion`]).
 //! * `linear_solver`: `"rig"` (default) or `"qr"`, dense QR inside Newton's method for small meshes
 //!   ([`LinearMethod`]).
-//! * `fit`: `{ "orthogonality": { "cranium_mm2": 1e4, "jaw_mm2": 1e4 } }`, the weights that keep a head
-//!   or jaw that may move by an affine map rigid ([`FitSpec`]); `--orthogonality` of the program
-//!   replaces both.
+//! * `fit`: what fits of the scene see and weigh unless they are told otherwise ([`FitSpec`]):
+//!   `{ "points": "both", "landmark_weight": 15, "jaw_weight_mm2": 1e4, "orthogonality":
+//!   { "cranium_mm2": 1e4, "jaw_mm2": 1e4 } }`; the last are the weights that keep a head or jaw rigid that
+//!   may move by an affine map. Options of the program replace them.
 //! * `contact`: what flesh may not enter, and with `"flesh": true` or `"flesh": { "surface": "skin",
 //!   "near": { "landmarks": [48, 54], "within": 0.02 } }` itself ([`ContactSpec`], [`TouchingSpec`]):
 //!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
@@ -136,7 +137,9 @@
 //!   `closed_loop` and `fibers`, lists of `point_m`; one line is a bundle, several lie in a sheet with
 //!   round borders. `without` leaves muscles of file or table out, `drawn` replaces them by name or
 //!   adds others ([`DrawnMuscle`]), `own` gives muscles a σ_max or an optimal stretch of their own
-//!   ([`OwnFibersSpec`]). `names` and `fibers` may be left out where all is drawn.
+//!   ([`OwnFibersSpec`]), `"bundles": [{ "muscles": ["zygomaticus_major"], "count": 4 }]` divides muscles
+//!   into parts that contract by themselves ([`BundlesSpec`]). `names` and `fibers` may be left out where
+//!   all is drawn.
 //! * `ligaments`: passive fibers ([`LigamentSpec`]), `{ "name": "canthal_L", "mirrored": true,
 //!   "along": …, "stiffness": 20e6, "toe": 0.03 }`.
 //! * `regions.drawn`: regions of another material ([`DrawnRegion`]), cartilage or soft lids:
@@ -214,7 +217,7 @@ pub use alignment::Suspicion;
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
 pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
 pub use courses::{
-    CourseSpec, DrawnMuscle, DrawnRegion, Ligament, LigamentSpec, OverSpec, OwnFibers,
+    BundlesSpec, CourseSpec, DrawnMuscle, DrawnRegion, Ligament, LigamentSpec, OverSpec, OwnFibers,
     OwnFibersSpec, PlaceOnFace, PointSpec,
 };
 pub use crossings::crossing_triangles;
@@ -223,7 +226,7 @@ pub use expression::{DenseError, ExpressionFit, JawPose, Observed, fit_expressio
 pub use format::{
     BonesSpec, BuiltinSpec, DenseSpec, FaceSource, FibersSpec, FilesSpec, FitSpec, HingeSpec,
     Inversion, Inverted, JointLimitsSpec, JointSpec, LandmarksSpec, LinearMethod, MusclesSpec,
-    NamesSpec, OrthogonalitySpec, PathSpec, RegionSpec, RegionsSpec, SceneFile, Strays,
+    NamesSpec, OrthogonalitySpec, PathSpec, PointsSpec, RegionSpec, RegionsSpec, SceneFile, Strays,
     TargetsSpec, Volume,
 };
 pub use influences::{

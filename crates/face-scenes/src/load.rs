@@ -145,6 +145,15 @@ fn fit(place: &Place, said: FitSpec) -> Result<FitSpec, SceneError> {
             return Err(place.field(field, FleshDefect::Weight { weight }));
         }
     }
+    let weight = said.jaw_weight_mm2;
+    if !(weight >= 0.0 && weight.is_finite()) {
+        return Err(place.field("fit.jaw_weight_mm2", FleshDefect::Weight { weight }));
+    }
+    let weight = said.landmark_weight;
+    if !(weight > 0.0 && weight.is_finite()) {
+        let defect = FleshDefect::LandmarkWeight { weight };
+        return Err(place.field("fit.landmark_weight", defect));
+    }
     Ok(said)
 }
 

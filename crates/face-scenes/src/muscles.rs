@@ -52,6 +52,7 @@ pub(super) fn load(
     if drawn {
         anatomy.make_room();
     }
+    paper.divide(&mut anatomy, &spec.bundles)?;
     let entries = std::mem::take(&mut anatomy.entries);
     let field = checked(place, entries, mesh, anatomy.muscles.len())?;
     Ok((anatomy, field))

@@ -1,6 +1,42 @@
-//! Names that are almost right.
+//! Names of muscles: of one, of both sides, of a bundle; and names that are almost right.
 
 use std::fmt;
+
+/// The name of a bundle of a muscle, from 1: `zygomaticus_major.2_L`.
+pub(super) fn bundle(muscle: &str, number: usize) -> String {
+    let (stem, side) = parted(muscle);
+    format!("{stem}.{number}{side}")
+}
+
+/// A name without its side, and the side: `_L`, `_R` or nothing.
+fn parted(name: &str) -> (&str, &str) {
+    let at = match name.len().checked_sub(2) {
+        Some(at) if name.ends_with("_L") || name.ends_with("_R") => at,
+        _ => name.len(),
+    };
+    name.split_at(at)
+}
+
+/// Those that a name means: the muscle of that name, or its bundles; without a side, those of both.
+pub(super) fn meant<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<usize> {
+    let how = |name: &str| {
+        let (stem, side) = parted(name);
+        let number = |(_, n): &(&str, &str)| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
+        let whole = (stem.rsplit_once('.').filter(number)).map_or(stem, |(whole, _)| whole);
+        let ways = [
+            name == wanted,
+            wanted.strip_prefix(whole) == Some(side),
+            stem == wanted,
+            whole == wanted,
+        ];
+        ways.iter().position(|&meant| meant)
+    };
+    let ways: Vec<Option<usize>> = names.into_iter().map(how).collect();
+    let best = ways.iter().flatten().min();
+    let is_best = |way: &Option<usize>| way.is_some() && way.as_ref() == best;
+    let found = ways.iter().enumerate().filter(|(_, way)| is_best(way));
+    found.map(|(place, _)| place).collect()
+}
 
 /// The name closest to `wanted` in edit distance, if it is close enough to be meant.
 pub(super) fn closest<'a>(
@@ -39,6 +75,32 @@ impl fmt::Display for DidYouMean<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_means_a_muscle_or_its_bundles_of_one_side_or_both() {
+        let names = [
+            "smile_L", "pout.1_L", "pout.2_L", "smile_R", "pout.1_R", "chin", "v.x",
+        ];
+        let cases: [(&str, &[usize]); 10] = [
+            ("smile_L", &[0]),
+            ("smile", &[0, 3]),
+            ("pout_L", &[1, 2]),
+            ("pout", &[1, 2, 4]),
+            ("pout.1", &[1, 4]),
+            ("pout.2_L", &[2]),
+            ("chin", &[5]),
+            ("v.x", &[6]),
+            ("v", &[]),
+            ("chin_L", &[]),
+        ];
+        for (wanted, expected) in cases {
+            assert_eq!(meant(wanted, names), expected, "{wanted}");
+        }
+        assert_eq!(bundle("pout_L", 2), names[2]);
+        assert_eq!(bundle("chin", 1), "chin.1");
+        // The one of the very name before both sides.
+        assert_eq!(meant("a", ["a_L", "a", "a_R"]), [1]);
+    }
 
     #[test]
     fn small_slips_are_forgiven_and_nonsense_is_not() {

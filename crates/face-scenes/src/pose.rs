@@ -1,7 +1,7 @@
 //! A pose as a person types it: `zygomaticus_major_L=0.6`, `12deg`.
 
 use super::Influence;
-use super::names::{DidYouMean, similar};
+use super::names::{DidYouMean, meant, similar};
 use face_rig::anatomy::Muscle;
 
 /// Why a typed setting cannot be used.
@@ -88,7 +88,7 @@ pub enum Allowed {
 }
 
 /// The activations of all muscles from settings `name=value`; muscles not named get 0. A name
-/// without `_L` or `_R` sets both sides.
+/// without `_L` or `_R` sets both sides, one without a number all bundles of a muscle.
 ///
 /// ```
 /// use face_rig::anatomy::Muscle;
@@ -117,16 +117,7 @@ pub fn parse_activations<'a>(
             setting: setting.into(),
             value: value.into(),
         })?;
-        let exact = |m: &&(usize, &Muscle)| m.1.name == name;
-        let of_pair = |m: &&(usize, &Muscle)| {
-            let side = m.1.name.strip_prefix(name);
-            matches!(side, Some("_L" | "_R"))
-        };
-        let all: Vec<(usize, &Muscle)> = muscles.iter().enumerate().collect();
-        let mut found: Vec<_> = all.iter().filter(exact).collect();
-        if found.is_empty() {
-            found = all.iter().filter(of_pair).collect();
-        }
+        let found = meant(name, muscles.iter().map(|m| m.name.as_str()));
         if found.is_empty() {
             return Err(SettingError::UnknownMuscle {
                 setting: setting.into(),
@@ -134,11 +125,11 @@ pub fn parse_activations<'a>(
                 similar: similar(name, muscles.iter().map(|m| m.name.as_str())),
             });
         }
-        for &&(m, muscle) in &found {
+        for m in found {
             if activations[m].replace(activation).is_some() {
                 return Err(SettingError::Twice {
                     setting: setting.into(),
-                    name: muscle.name.clone(),
+                    name: muscles[m].name.clone(),
                 });
             }
         }

@@ -5,6 +5,7 @@ use face_rig::anatomy::{Bone, Side};
 use fem_assembly::mesh::{DataArray, MeshFile, kuhn_grid};
 use std::{fs, path::Path};
 
+mod bundle_tests;
 mod course_tests;
 mod defect_tests;
 mod document_tests;
@@ -76,7 +77,10 @@ impl Files {
         self.text(name, &text.replacen(from, to, 1));
     }
     fn block(&self, change: impl FnOnce(&mut MeshFile)) {
-        let mesh = kuhn_grid(2, 3, 2, [0.1, 0.2, 0.1]).expect("a grid");
+        self.block_of([2, 3, 2], change);
+    }
+    fn block_of(&self, [x, y, z]: [usize; 3], change: impl FnOnce(&mut MeshFile)) {
+        let mesh = kuhn_grid(x, y, z, [0.1, 0.2, 0.1]).expect("a grid");
         let bone = mesh.nodes().iter().map(|x| match x {
             x if x[2] == 0.0 => 1,
             x if x[1] == 0.0 => 2,

@@ -6,8 +6,8 @@ use super::load::Place;
 use super::{Landmark, SceneError, Skin};
 use face_rig::anatomy::EmbeddedPoint;
 use fem_assembly::FleshContactParams;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
@@ -35,9 +35,12 @@ impl Default for FleshSpec {
 pub struct TouchingSpec {
     /// Which.
     pub surface: SurfaceOfFlesh,
-    /// The part of the skin near landmarks; all of it by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub near: Option<NearSpec>,
+    /// The parts of the skin near landmarks, one or a list of them; all of it by default.
+    #[serde(
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "one_or_more"
+    )]
+    pub near: Vec<NearSpec>,
     /// The gap below which it pushes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub activation: Option<f64>,
@@ -69,14 +72,39 @@ pub enum SurfaceOfFlesh {
     Skin,
 }
 
-/// What lies near some landmarks at rest.
+/// What lies near some landmarks at rest, or near places beside them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NearSpec {
     /// Their indices.
     pub landmarks: Vec<u32>,
-    /// How far from one of them all corners of a triangle may be, in the scene's unit.
+    /// From each of them to the place that is meant, in the scene's unit; nothing by default.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub offset: [f64; 3],
+    /// How far from one of the places the corners of a triangle may be, in the scene's unit.
     pub within: f64,
+}
+
+fn is_nothing(offset: &[f64; 3]) -> bool {
+    *offset == [0.0; 3]
+}
+
+/// An object, or a list of them.
+fn one_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<NearSpec>, D::Error> {
+    struct Either;
+    impl<'de> Visitor<'de> for Either {
+        type Value = Vec<NearSpec>;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("{ \"landmarks\": […], \"within\": … } or a list of those")
+        }
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Vec<NearSpec>, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(list))
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<NearSpec>, A::Error> {
+            NearSpec::deserialize(MapAccessDeserializer::new(map)).map(|near| vec![near])
+        }
+    }
+    deserializer.deserialize_any(Either)
 }
 
 impl<'de> Deserialize<'de> for FleshSpec {
@@ -137,22 +165,21 @@ pub(super) fn load(
     };
     let params = params(place, spec)?;
     let refuse = |field: &str, defect| place.field(format!("contact.flesh.{field}"), defect);
-    let touching = match (spec.surface, &spec.near) {
-        (SurfaceOfFlesh::Boundary, None) => Touching::Boundary,
-        (SurfaceOfFlesh::Boundary, Some(_)) => {
+    let touching = match (spec.surface, spec.near.is_empty()) {
+        (SurfaceOfFlesh::Boundary, true) => Touching::Boundary,
+        (SurfaceOfFlesh::Boundary, false) => {
             return Err(refuse("near", ContactDefect::NearOnSkinAlone));
         }
-        (SurfaceOfFlesh::Skin, near) => {
+        (SurfaceOfFlesh::Skin, all) => {
             let skin = of.skin;
             let skin = skin.ok_or_else(|| refuse("surface", ContactDefect::NoSkin))?;
             let mut triangles = skin.triangles.clone();
-            if let Some(near) = near {
-                let centers = centers(near, of).map_err(|defect| refuse("near", defect))?;
-                let within = near.within * place.scale;
+            if !all {
+                let places = places(&spec.near, of, place.scale);
+                let places = places.map_err(|defect| refuse("near", defect))?;
                 let is_near = |n: u32| {
-                    centers
-                        .iter()
-                        .any(|c| distance(skin.rest[n as usize], *c) <= within)
+                    let mut places = places.iter();
+                    places.any(|(c, within)| distance(skin.rest[n as usize], *c) <= *within)
                 };
                 triangles.retain(|t| t.iter().all(|&n| is_near(n)));
                 if triangles.is_empty() {
@@ -195,11 +222,21 @@ fn params(place: &Place, spec: &TouchingSpec) -> Result<FleshContactParams, Scen
     Ok(params)
 }
 
-fn centers(near: &NearSpec, of: &SkinOf) -> Result<Vec<[f64; 3]>, ContactDefect> {
-    let center = |&index: &u32| {
-        let known = of.landmarks.iter().find(|l| l.index == index);
-        let landmark = known.ok_or(ContactDefect::NoLandmark { index })?;
-        Ok(landmark.point.position(of.rest))
-    };
-    near.landmarks.iter().map(center).collect()
+/// Places and how far from each of them, meters.
+fn places(
+    near: &[NearSpec],
+    of: &SkinOf,
+    scale: f64,
+) -> Result<Vec<([f64; 3], f64)>, ContactDefect> {
+    let mut places = Vec::new();
+    for spec in near {
+        for &index in &spec.landmarks {
+            let known = of.landmarks.iter().find(|l| l.index == index);
+            let landmark = known.ok_or(ContactDefect::NoLandmark { index })?;
+            let at = landmark.point.position(of.rest);
+            let at = std::array::from_fn(|i| at[i] + scale * spec.offset[i]);
+            places.push((at, scale * spec.within));
+        }
+    }
+    Ok(places)
 }

@@ -13,7 +13,11 @@ use face_rig::rig::{Equilibrium, Parameters, Rig};
 /// How often a fit is taken up again on another shape.
 const ROUNDS: usize = 2;
 /// From which change of the distance on a pose has another shape, as a share.
-const ANOTHER: f64 = 1e-4;
+pub(super) const ANOTHER: f64 = 1e-4;
+/// From which change on what was fitted is not what the pose is. Which partners face each other is decided
+/// by a threshold when pairs are looked for, so the same numbers have shapes that differ by a little at a
+/// corner of lips that press: their distance by half a percent, where lips past each other make ten.
+pub(super) const UNSETTLED: f64 = 1e-2;
 /// In how many parts a pose is reached from rest: what is thin is easily passed in one.
 const PARTS: usize = 4;
 
@@ -68,11 +72,12 @@ impl Ended {
 }
 
 impl Fit<'_> {
-    /// Is the shape that the pose leads to by now not the one that was fitted?
-    pub fn has_moved(&self, of: &Ended) -> bool {
+    /// Is the shape that the pose leads to by now farther from the one that was fitted than that share of
+    /// its distance?
+    pub fn has_moved(&self, of: &Ended, share: f64) -> bool {
         let found = 1e3 * self.goals.rms(&of.report.positions);
         let nothing = 1e3 * self.fitter.params.rms_tolerance;
-        (found - of.told_mm).abs() > nothing.max(ANOTHER * of.told_mm)
+        (found - of.told_mm).abs() > nothing.max(share * of.told_mm)
     }
 
     /// From the numbers `start` to the end, on whichever shape a fit should have. The rig is left there.
@@ -81,7 +86,7 @@ impl Fit<'_> {
         let first = self.taken_up_again(rig, Ended::of(rig, first))?;
         let mut best = self.uncrossed(scene, rig, first)?;
         let settled = matches!(best.outcome, Outcome::Converged(_));
-        if settled && self.has_moved(&best) {
+        if settled && self.has_moved(&best, UNSETTLED) {
             best.outcome = best.another(self.goals);
         }
         if *rig.equilibrium() != best.at {
@@ -96,7 +101,7 @@ impl Fit<'_> {
         let mut last = first;
         for _ in 0..ROUNDS {
             let out_of_steps = matches!(last.outcome, Outcome::NotConverged(Unfinished::Steps(_)));
-            if out_of_steps || !self.has_moved(&last) {
+            if out_of_steps || !self.has_moved(&last, ANOTHER) {
                 break;
             }
             match self.gone_on(rig, &last)? {

@@ -227,9 +227,10 @@ pub struct FitArgs {
     /// A target to fit; repeatable. All expressions of the scene if none is named.
     #[arg(long = "target", value_name = "NAME")]
     pub target: Vec<String>,
-    /// Which points are fitted.
-    #[arg(long, value_enum, default_value = "landmarks")]
-    pub points: Points,
+    /// Which points are fitted. Those that the scene says (`fit.points`) if it is not given, landmarks where
+    /// the scene says nothing.
+    #[arg(long, value_enum)]
+    pub points: Option<Points>,
     /// How a Gauss-Newton step is computed.
     #[arg(long, value_enum, default_value = "qr")]
     pub method: Method,
@@ -240,9 +241,10 @@ pub struct FitArgs {
     #[arg(long, value_enum, default_value = "joint")]
     pub jaw: Jaw,
     /// Tikhonov weight of the joint's protrusion, lateral shift and yaw, each relative to its limit,
-    /// millimeters squared: larger prefers a jaw that only opens.
-    #[arg(long, default_value_t = 300.0, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
-    pub jaw_weight: f64,
+    /// millimeters squared: larger prefers a jaw that only opens. That of the scene (`fit.jaw_weight_mm2`)
+    /// if it is not given, 300 where the scene says nothing.
+    #[arg(long, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
+    pub jaw_weight: Option<f64>,
     /// Weight of ½ w |MᵀM − I|² for a head or jaw that may move by an affine map M, millimeters squared:
     /// larger keeps it rigid, 0 lets it stretch and shear. Those of the scene (`fit.orthogonality`) if it
     /// is not given, 10000 where the scene says nothing.
@@ -251,9 +253,10 @@ pub struct FitArgs {
     /// Tikhonov weight of the activations, millimeters squared: larger prefers relaxed muscles.
     #[arg(long, default_value_t = 0.1, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub relax: f64,
-    /// How much a landmark counts beside a point of the dense skin, with `--points both`.
-    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", value_parser = positive, allow_hyphen_values = true)]
-    pub landmark_weight: f64,
+    /// How much a landmark counts beside a point of the dense skin, where both are fitted. That of the scene
+    /// (`fit.landmark_weight`) if it is not given, 1 where the scene says nothing.
+    #[arg(long, value_name = "WEIGHT", value_parser = positive, allow_hyphen_values = true)]
+    pub landmark_weight: Option<f64>,
     /// Robust loss: points farther off than this many millimeters count less (Huber).
     #[arg(long, value_name = "MM", value_parser = positive, allow_hyphen_values = true)]
     pub robust: Option<f64>,

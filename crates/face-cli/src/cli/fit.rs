@@ -13,7 +13,7 @@ use face_rig::fit::{
     CraniumModel, FitError, FitIteration, FitParams, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{Rig, RigParams};
-use face_scenes::{ExpressionFit, Observed, Outcome, Scene, Target, TargetKind, fit_expression};
+use face_scenes::{ExpressionFit, Outcome, PointsSpec, Scene, Target, TargetKind, fit_expression};
 use fem_solvers::{Loss, StepMethod};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
@@ -92,12 +92,26 @@ fn settings(scene: &Scene, args: &FitArgs, params: &FitParams, rig: &Rig) -> Val
         None => json!({ "cranium": of_scene.cranium_mm2, "jaw": of_scene.jaw_mm2 }),
     };
     json!({ "scene": args.scene, "targets": args.targets, "align": args.align, "target": args.target,
-        "points": format!("{:?}", args.points).to_lowercase(), "landmark_weight": args.landmark_weight,
+        "points": points(scene, args), "landmark_weight": landmark_weight(scene, args),
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
-        "jaw_weight_mm2": args.jaw_weight, "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
+        "jaw_weight_mm2": 1e6 * params.joint_weight, "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start,
         "multigrid": Multigrid::told(rig.params().multigrid) })
+}
+
+/// What the command line says, or else the scene.
+fn points(scene: &Scene, args: &FitArgs) -> PointsSpec {
+    match args.points {
+        None => scene.fit.points,
+        Some(Points::Landmarks) => PointsSpec::Landmarks,
+        Some(Points::Dense) => PointsSpec::Dense,
+        Some(Points::Both) => PointsSpec::Both,
+    }
+}
+
+fn landmark_weight(scene: &Scene, args: &FitArgs) -> f64 {
+    args.landmark_weight.unwrap_or(scene.fit.landmark_weight)
 }
 
 fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {
@@ -152,7 +166,7 @@ fn params(scene: &Scene, args: &FitArgs) -> FitParams {
             Method::NormalEquations => StepMethod::NormalEquations,
         },
         activation_weight: 1e-6 * args.relax,
-        joint_weight: 1e-6 * args.jaw_weight,
+        joint_weight: 1e-6 * args.jaw_weight.unwrap_or(scene.fit.jaw_weight_mm2),
         orthogonality: args.orthogonality.map_or(scene.orthogonality(), |mm2| {
             let [cranium, jaw] = [1e-6 * mm2; 2];
             Orthogonality { cranium, jaw }
@@ -233,13 +247,8 @@ impl Fitting<'_> {
         start: &[f64],
         progress: &ProgressBar,
     ) -> Result<ExpressionFit, FitError> {
-        let observed = match self.args.points {
-            Points::Landmarks => Observed::Landmarks,
-            Points::Dense => Observed::Dense,
-            Points::Both => Observed::Both {
-                landmark_weight: self.args.landmark_weight,
-            },
-        };
+        let points = points(self.scene, self.args);
+        let observed = points.observed(landmark_weight(self.scene, self.args));
         let mut observer = |i: &FitIteration| {
             progress.set_message(format!(
                 "{}: step {}, RMS {:.3} mm, {} activations at bounds",

@@ -3,6 +3,7 @@
 
 mod affine_map;
 mod bones;
+mod bundles;
 mod course;
 mod fibers;
 mod hinge;
@@ -11,6 +12,7 @@ mod locate;
 
 pub use affine_map::AffineMap;
 pub use bones::{Bone, Bones};
+pub use bundles::{Piece, bundles};
 pub use course::{Course, CourseError, Filling, Section, Share, resampled, smoothed, wrapped};
 pub use fem_assembly::mesh::EmbeddedPoint;
 pub use fibers::{FiberEntry, FiberError, FiberField, Muscle, Side};

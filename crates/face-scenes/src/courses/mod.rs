@@ -1,18 +1,19 @@
 //! Muscles, ligaments and regions that a scene draws as lines.
 
+mod bundles;
 mod file;
 mod points;
 mod spec;
 
 pub(crate) use points::Paper;
 pub use spec::{
-    CourseSpec, DrawnMuscle, DrawnRegion, LigamentSpec, OverSpec, OwnFibersSpec, PlaceOnFace,
-    PointSpec,
+    BundlesSpec, CourseSpec, DrawnMuscle, DrawnRegion, LigamentSpec, OverSpec, OwnFibersSpec,
+    PlaceOnFace, PointSpec,
 };
 
 use crate::SceneError;
 use crate::defect::CourseDefect;
-use crate::names::similar;
+use crate::names::{meant, similar};
 use face_rig::anatomy::{Course, FiberEntry, Filling, Muscle, Share};
 use points::Drawing;
 use std::collections::{BTreeMap, BTreeSet};
@@ -206,15 +207,7 @@ impl Paper<'_> {
         name: &str,
         muscles: &[Muscle],
     ) -> Result<Vec<u32>, SceneError> {
-        let means = |m: &Muscle| {
-            let stem = m.name.strip_suffix("_L").or(m.name.strip_suffix("_R"));
-            m.name == name || stem == Some(name)
-        };
-        let found: Vec<u32> = (0..)
-            .zip(muscles)
-            .filter(|(_, m)| means(m))
-            .map(|(k, _)| k)
-            .collect();
+        let found = meant(name, muscles.iter().map(|m| m.name.as_str()));
         if found.is_empty() {
             let defect = CourseDefect::UnknownMuscle {
                 name: name.to_owned(),
@@ -222,7 +215,7 @@ impl Paper<'_> {
             };
             return Err(self.refuse(field, defect));
         }
-        Ok(found)
+        Ok(found.into_iter().map(|m| m as u32).collect())
     }
 
     /// The scene's ligaments.

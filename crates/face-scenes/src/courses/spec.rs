@@ -138,6 +138,18 @@ pub struct OwnFibersSpec {
     pub optimal_stretch: Option<f64>,
 }
 
+/// Muscles of which parts contract by themselves, as motor units of a broad muscle do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BundlesSpec {
+    /// Their names; one without `_L` or `_R` means both sides.
+    pub muscles: Vec<String>,
+    /// Into how many bundles each is divided, at most: one for every eight elements that it fills. They lie
+    /// side by side in all but very long muscles, a ring's one after the other, and are named `zygomaticus_major.1_L` and so on, along the
+    /// axis in which they lie farthest apart; the muscle's own name means all of them.
+    pub count: usize,
+}
+
 /// Passive fibers: no tension up to their length at rest, beyond it σ = E (e − toe/2), with a
 /// parabola for strains e below `toe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -97,6 +97,24 @@ pub enum CourseDefect {
         /// The name.
         name: String,
     },
+    /// No bundle at all.
+    #[error("{name}: \"count\" must be 1 or more; leave the muscle out with \"without\"")]
+    NoBundle {
+        /// The muscle.
+        name: String,
+    },
+    /// A muscle in two lists.
+    #[error("{name} is divided twice; name it in one of the lists")]
+    DividedTwice {
+        /// The muscle.
+        name: String,
+    },
+    /// A bundle with the name of something else.
+    #[error("\"{name}\" is the name of a bundle and of another muscle; name that one differently")]
+    NameOfBundle {
+        /// The name.
+        name: String,
+    },
     /// A region that fills no element.
     #[error("{name}: it fills no tetrahedron to {share}; lower the \"share\" or widen it")]
     EmptyRegion {

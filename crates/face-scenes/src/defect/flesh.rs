@@ -25,8 +25,16 @@ pub enum FleshDefect {
         threshold: f64,
     },
     /// A weight that is none.
-    #[error("{weight} must be 0 or more millimeters squared; larger keeps a map rigid")]
+    #[error(
+        "{weight} must be 0 or more millimeters squared; larger keeps a map rigid, a jaw in its joint"
+    )]
     Weight {
+        /// What was given.
+        weight: f64,
+    },
+    /// Landmarks that count for nothing, or less.
+    #[error("{weight} must be above 0; to fit the dense skin alone say \"points\": \"dense\"")]
+    LandmarkWeight {
         /// What was given.
         weight: f64,
     },

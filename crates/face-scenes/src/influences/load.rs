@@ -8,7 +8,7 @@ use super::{Influence, InfluenceKind};
 use crate::contact::{self, ShapeSpec};
 use crate::defect::InfluenceDefect;
 use crate::load::Place;
-use crate::names::similar;
+use crate::names::{meant, similar};
 use crate::{Region, SceneError, SceneFile};
 use face_rig::anatomy::{Bone, Bones, Muscle};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
@@ -339,23 +339,13 @@ impl Reader<'_> {
     }
 
     fn a_strength(&self, field: &str, spec: &StrengthSpec) -> Result<Influence, SceneError> {
-        let all = || (0..).zip(self.ground.muscles);
         let wanted = spec.muscle.as_str();
-        let of_pair = |name: &str| matches!(name.strip_prefix(wanted), Some("_L" | "_R"));
-        let mut found: Vec<u32> = all()
-            .filter(|(_, m)| m.name == wanted)
-            .map(|m| m.0)
-            .collect();
-        if found.is_empty() {
-            found = all()
-                .filter(|(_, m)| of_pair(&m.name))
-                .map(|m| m.0)
-                .collect();
-        }
+        let names = || self.ground.muscles.iter().map(|m| m.name.as_str());
+        let found = meant(wanted, names());
         if found.is_empty() {
             let defect = InfluenceDefect::UnknownMuscle {
                 name: wanted.to_owned(),
-                similar: similar(wanted, all().map(|(_, m)| m.name.as_str())),
+                similar: similar(wanted, names()),
             };
             return Err(self.body.place.field(format!("{field}.muscle"), defect));
         }
@@ -364,7 +354,9 @@ impl Reader<'_> {
             name: spec.name.clone(),
             neutral: spec.change,
             range: spec.range,
-            kind: InfluenceKind::Strength { muscles: found },
+            kind: InfluenceKind::Strength {
+                muscles: found.into_iter().map(|m| m as u32).collect(),
+            },
         })
     }
 

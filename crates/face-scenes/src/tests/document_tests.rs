@@ -108,6 +108,15 @@ fn thresholds_and_weights_and_solvers_that_make_no_sense_are_named() {
             ["fit.orthogonality", "jaw_mm2"],
         ),
         (r#""fit": { "relax": 1 }"#, ["fit", "orthogonality"]),
+        (r#""fit": { "points": "all" }"#, ["fit.points", "both"]),
+        (
+            r#""fit": { "landmark_weight": 0 }"#,
+            ["fit.landmark_weight", "above 0"],
+        ),
+        (
+            r#""fit": { "jaw_weight_mm2": -3 }"#,
+            ["fit.jaw_weight_mm2", "0 or more"],
+        ),
     ] {
         let error = with(entries).load().expect_err(entries).to_string();
         expect(&error, &parts);

@@ -94,4 +94,18 @@ fn a_part_of_the_skin_touches_itself_with_numbers_in_the_unit_of_the_scene() {
     assert!(wanted > 10 && wanted < skin.triangles.len());
     assert_eq!(triangles.len(), wanted);
     assert!(scene.assembly().expect("an assembly").changes());
+    // The other corner as a place beside the first.
+    let [x, y, z]: [f64; 3] = std::array::from_fn(|i| 1e3 * (corners[1][i] - corners[0][i]));
+    let flesh = format!(
+        r#"{{ "surface": "skin", "near": [{{ "landmarks": [48], "within": 15 }},
+            {{ "landmarks": [48], "offset": [{x}, {y}, {z}], "within": 15 }}] }}"#
+    );
+    let scene = builtin("list", &flesh).expect("a scene");
+    let Touching::Carried {
+        triangles: same, ..
+    } = &scene.contact.touching
+    else {
+        panic!("{:?}", scene.contact.touching);
+    };
+    assert_eq!(same, triangles);
 }

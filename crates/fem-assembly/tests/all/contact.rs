@@ -156,6 +156,41 @@ pub(crate) fn derivatives_hold(assembly: &mut Assembly<3>, quiet: &[Point]) {
     }
 }
 
+/// Deeper than any look reaches there are no pairs; just short of that a body that saw none there must find
+/// what one finds that has seen nothing before, though nothing has moved far.
+#[test]
+fn a_look_where_little_has_moved_reaches_as_deep_as_any_other() {
+    // A small block above the middle of a large one, so that nothing is near but top and bottom.
+    let low = kuhn_grid(4, 4, 3, [1.0; 3]).unwrap();
+    let high = kuhn_grid(2, 2, 2, [0.4, 0.4, 0.7]).unwrap();
+    let above = high
+        .nodes()
+        .iter()
+        .map(|p| [p[0] + 0.3, p[1] + 0.3, p[2] + 1.1]);
+    let nodes = low.nodes().iter().copied().chain(above).collect();
+    let tets = high
+        .connectivity()
+        .iter()
+        .map(|n| n + low.num_nodes() as u32);
+    let tets = low.connectivity().iter().copied().chain(tets).collect();
+    let mesh = SimplexMesh::new(nodes, tets).unwrap();
+    let [beyond, short] = [0.02, -0.02].map(|more| {
+        let by = 0.1 + PARAMS.depth + PARAMS.margin + more;
+        lowered(&mesh, by)
+    });
+    let (mut known, mut fresh) = (assembly(&mesh, 0.1), assembly(&mesh, 0.1));
+    let at = known.configuration(&beyond, &[]).unwrap();
+    known.renew(at).unwrap();
+    let before = force(&known, &short);
+    for body in [&mut known, &mut fresh] {
+        let at = body.configuration(&short, &[]).unwrap();
+        body.renew(at).unwrap();
+    }
+    let there = force(&known, &short);
+    assert!(there != before, "nothing was found");
+    assert!(there == force(&fresh, &short));
+}
+
 #[test]
 fn blocks_pressed_together_and_started_inside_each_other_stay_apart_with_the_same_bits() {
     let solve = |threads: usize| {

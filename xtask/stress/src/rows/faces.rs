@@ -79,6 +79,7 @@ pub fn rows() -> Vec<Row> {
         ("coarse", 0.0, 35.0),
         ("coarse", 1.0, 25.33),
         ("coarse_touching", 0.0, 25.33),
+        ("coarse_touching", 0.0, -3.0),
         ("medium", 0.0, 25.33),
     ];
     for (size, activations, degrees) in heads {

@@ -7,7 +7,7 @@ pub struct FleshContactParams {
     pub activation: f64,
     /// The pressure where they just touch, pascals; four times that at a depth of d̂.
     pub pressure: f64,
-    /// How deep a point may lie behind a surface to be pushed out, meters.
+    /// How deep a point may lie behind a surface to be pushed out, with the margin on top, meters.
     pub depth: f64,
     /// How much nearer partners may come than a step was meant to bring them before pairs are looked
     /// for again, meters.
@@ -17,6 +17,14 @@ pub struct FleshContactParams {
     /// Are there pairs of two edges too? A skin that is finer than the elements that carry it bends
     /// with them, and its points alone keep it apart at a fraction of the pairs.
     pub edges: bool,
+}
+
+impl FleshContactParams {
+    /// The depth behind which no look finds a partner, meters: the same for every look, whatever margin it
+    /// takes on, so that an equilibrium stands with the pairs that any other look at it finds.
+    pub(super) fn deepest(&self) -> f64 {
+        self.depth + self.margin
+    }
 }
 
 /// For a face: d̂ = 0.5 mm, 10 kPa, depth 4 mm, margin 2 mm, two edges, pairs of edges too.

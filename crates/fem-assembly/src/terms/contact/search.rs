@@ -138,7 +138,7 @@ impl Search {
             margin,
             stay,
         };
-        let reach = self.params.activation.max(self.params.depth) + margin;
+        let reach = (self.params.activation + margin).max(self.params.deepest());
         let of_point = |&node: &u32| {
             let around = Aabb::around(way.ends(node)).grown(reach);
             let mut own = Vec::new();
@@ -166,10 +166,9 @@ impl Search {
 
     fn measure_clearance(&mut self, rest: &[Point]) {
         // As deep as `pairs` looks: what lies that far behind at rest must not push there either.
-        let FleshContactParams { depth, margin, .. } = self.params;
         let found = self.looked(
             &Way::at(rest.to_vec()),
-            margin,
+            self.params.margin,
             Stay::default(),
             &|search, look, kind, a, b| {
                 let pair = search.facing(look, kind, a, b)?;
@@ -182,7 +181,7 @@ impl Search {
                 } else {
                     segment_distance([x[0], x[1]], [x[2], x[3]])
                 };
-                (clearance >= -depth - margin).then_some((pair.vertices, clearance))
+                (clearance >= -search.params.deepest()).then_some((pair.vertices, clearance))
             },
         );
         for (vertices, clearance) in found {
@@ -227,7 +226,7 @@ impl Search {
         let (first, second) = pair.vertices.split_at(partners);
         let margin = look.margin + look.way.change_between(first, second);
         let high = pair.activation + margin;
-        let near = gap <= high && gap >= -self.params.depth - look.margin;
+        let near = gap <= high && gap >= -self.params.deepest();
         let over = |(share, size): (&f64, &f64)| *share >= -BAND - margin / size;
         near && shares.iter().zip(&sizes).all(over)
     }
@@ -241,11 +240,9 @@ impl Search {
             look.normals.triangles[triangle],
             sub(look.positions[node], start),
         );
-        let FleshContactParams {
-            activation, depth, ..
-        } = self.params;
-        let rounding = ROUNDED * (activation + depth + look.margin);
-        let (before, behind) = (activation + look.margin, depth + look.margin);
+        let (activation, behind) = (self.params.activation, self.params.deepest());
+        let rounding = ROUNDED * (activation + behind + look.margin);
+        let before = activation + look.margin;
         let moved = || look.way.change_between(&[node as u32], corners);
         gap < -behind - rounding || gap > before + rounding && gap > before + rounding + moved()
     }
@@ -352,7 +349,7 @@ impl Search {
     /// Could the other side of one piece of flesh, so far away at rest, be taken for a partner that
     /// was entered?
     fn is_thin(&self, distance: f64) -> bool {
-        distance <= 2.0 * (self.params.depth + self.params.margin)
+        distance <= 2.0 * self.params.deepest()
     }
 
     fn pair(&self, vertices: [u32; 4], kind: Kind, area: f64) -> Pair {
