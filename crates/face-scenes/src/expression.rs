@@ -86,7 +86,7 @@ pub struct ExpressionFit {
     /// The value of every control of the scene by its name, in its own unit: pascals for a cavity, a
     /// factor for a load, a relative change for a strength or a stiffness.
     pub controls: BTreeMap<String, f64>,
-    /// The way there.
+    /// The way there; its distances are those of all points fitted.
     pub history: Vec<FitIteration>,
     /// The numbers found, for a warm start.
     #[serde(skip)]
@@ -181,15 +181,15 @@ pub fn fit_expression(
     let (ratios, deepest) = measured(rig).map_err(|error| FitError::Pose(Box::new(error)))?;
     let jaw_pose = jaw_pose(&scene.joint, &parameters.jaw, target.jaw_truth.as_ref());
     let outcome = possible(outcome, &ratios, &scene.joint, &map.jaw, &parameters.jaw);
-    let rms = goals.rms(&positions);
-    let outcome = met(outcome, scene, target, rms);
     let told = told(scene, target, seen);
+    let rms = told.rms(&positions);
+    let outcome = met(outcome, scene, target, rms);
     Ok(ExpressionFit {
         name: target.name.clone(),
         points: goals.counted(),
         alignment: target.alignment,
         rms_before_mm: 1e3 * told.rms(scene.mesh.nodes()),
-        rms_after_mm: 1e3 * told.rms(&positions),
+        rms_after_mm: 1e3 * rms,
         largest_mm: 1e3 * told.largest(&positions),
         iterations: last.map_or(0, |i| i.iteration),
         work: rig.work() - before,
@@ -287,7 +287,7 @@ fn dense_error(scene: &Scene, target: &Target, x: &[[f64; 3]]) -> Option<DenseEr
 /// Whose distances are told: of landmarks, where they are fitted.
 fn told(scene: &Scene, target: &Target, seen: Observed) -> Goals {
     match seen {
-        Observed::Both { .. } if !target.landmarks.is_empty() => {
+        Observed::Both { .. } if target.landmarks.iter().any(|goal| goal.weight > 0.0) => {
             goals(scene, target, Observed::Landmarks)
         }
         _ => goals(scene, target, seen),

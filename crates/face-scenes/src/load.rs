@@ -4,7 +4,8 @@ use super::courses::{DrawnRegion, Ligament, OwnFibers, Paper};
 use super::defect::{Defect, FleshDefect, Location, TargetDefect};
 use super::format::{
     BonesSpec, FaceSource, FilesSpec, FitSpec, HingeSpec, Inversion, Inverted, JointLimitsSpec,
-    JointSpec, LinearMethod, OrthogonalitySpec, PathSpec, RegionsSpec, SceneFile, Strays, Volume,
+    JointSpec, LinearMethod, OrthogonalitySpec, PathSpec, PointsSpec, RegionsSpec, SceneFile,
+    Strays, Volume,
 };
 use super::influences::{self, Ground};
 use super::material::{Fibers, NamedMaterial, Region, SceneMaterial};
@@ -102,7 +103,8 @@ pub(super) fn load(path: &Path, align: bool) -> Result<Scene, SceneError> {
     scene.volume = file.volume;
     scene.inversion = inversion(&place, file.inversion)?;
     scene.linear_solver = file.linear_solver;
-    scene.fit = fit(&place, file.fit)?;
+    let dense = file.targets.as_ref().is_some_and(|t| t.dense.is_some());
+    scene.fit = fit(&place, file.fit, dense)?;
     scene.skin = targets.skin.or(scene.skin);
     if let Some(spec) = &file.contact {
         let of = SkinOf {
@@ -134,7 +136,10 @@ fn inversion(place: &Place, said: Inversion) -> Result<Inversion, SceneError> {
     }
 }
 
-fn fit(place: &Place, said: FitSpec) -> Result<FitSpec, SceneError> {
+fn fit(place: &Place, said: FitSpec, dense: bool) -> Result<FitSpec, SceneError> {
+    if said.points != PointsSpec::Landmarks && !dense {
+        return Err(place.field("fit.points", FleshDefect::NoDenseTargets));
+    }
     let OrthogonalitySpec {
         cranium_mm2,
         jaw_mm2,

@@ -17,16 +17,27 @@ fn parted(name: &str) -> (&str, &str) {
     name.split_at(at)
 }
 
-/// Those that a name means: the muscle of that name, or its bundles; without a side, those of both.
+/// The muscle that a bundle is of, and its side; any other name, parted as it is.
+fn whole(name: &str) -> (&str, &str) {
+    let (stem, side) = parted(name);
+    let number = |(_, n): &(&str, &str)| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
+    let numbered = stem.rsplit_once('.').filter(number);
+    (numbered.map_or(stem, |(whole, _)| whole), side)
+}
+
+/// Are they one muscle, or bundles of one?
+pub(super) fn are_of_one(a: &str, b: &str) -> bool {
+    whole(a) == whole(b)
+}
+
+/// Those that a name means: the muscle of that name; else its bundles; else, of a name without a side,
+/// those of both. Bundles of two sides are numbered each by itself: one alone is named with its side.
 pub(super) fn meant<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<usize> {
     let how = |name: &str| {
-        let (stem, side) = parted(name);
-        let number = |(_, n): &(&str, &str)| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
-        let whole = (stem.rsplit_once('.').filter(number)).map_or(stem, |(whole, _)| whole);
+        let (whole, side) = whole(name);
         let ways = [
             name == wanted,
             wanted.strip_prefix(whole) == Some(side),
-            stem == wanted,
             whole == wanted,
         ];
         ways.iter().position(|&meant| meant)
@@ -86,7 +97,7 @@ mod tests {
             ("smile", &[0, 3]),
             ("pout_L", &[1, 2]),
             ("pout", &[1, 2, 4]),
-            ("pout.1", &[1, 4]),
+            ("pout.1", &[]),
             ("pout.2_L", &[2]),
             ("chin", &[5]),
             ("v.x", &[6]),
@@ -98,6 +109,9 @@ mod tests {
         }
         assert_eq!(bundle("pout_L", 2), names[2]);
         assert_eq!(bundle("chin", 1), "chin.1");
+        // One side whole, the other in parts.
+        assert_eq!(meant("a", ["a.1_L", "a.2_L", "a_R"]), [0, 1, 2]);
+        assert!(are_of_one("a.1_L", "a_L") && !are_of_one("a.1_L", "a.1_R"));
         // The one of the very name before both sides.
         assert_eq!(meant("a", ["a_L", "a", "a_R"]), [1]);
     }

@@ -7,7 +7,7 @@ use super::{Landmark, SceneError, Skin};
 use face_rig::anatomy::EmbeddedPoint;
 use fem_assembly::FleshContactParams;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
@@ -47,7 +47,7 @@ pub struct TouchingSpec {
     /// The pressure at touch, pascals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure: Option<f64>,
-    /// How deep a point may lie behind a surface to be pushed out.
+    /// How deep a point may lie behind a surface to be pushed out, with the margin on top.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<f64>,
     /// How much nearer partners may come before they are looked for again.
@@ -97,8 +97,15 @@ fn one_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<NearSpe
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("{ \"landmarks\": […], \"within\": … } or a list of those")
         }
+        fn visit_unit<E>(self) -> Result<Vec<NearSpec>, E> {
+            Ok(Vec::new())
+        }
         fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Vec<NearSpec>, A::Error> {
-            Vec::deserialize(SeqAccessDeserializer::new(list))
+            let near = Vec::deserialize(SeqAccessDeserializer::new(list))?;
+            match near.is_empty() {
+                true => Err(A::Error::invalid_length(0, &self)),
+                false => Ok(near),
+            }
         }
         fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Vec<NearSpec>, A::Error> {
             NearSpec::deserialize(MapAccessDeserializer::new(map)).map(|near| vec![near])
@@ -175,15 +182,17 @@ pub(super) fn load(
             let skin = skin.ok_or_else(|| refuse("surface", ContactDefect::NoSkin))?;
             let mut triangles = skin.triangles.clone();
             if !all {
-                let places = places(&spec.near, of, place.scale);
-                let places = places.map_err(|defect| refuse("near", defect))?;
-                let is_near = |n: u32| {
-                    let mut places = places.iter();
-                    places.any(|(c, within)| distance(skin.rest[n as usize], *c) <= *within)
-                };
+                let places = places(&spec.near, of, place.scale)
+                    .map_err(|(k, defect)| refuse(&format!("near[{k}]"), defect))?;
+                let is_near = |n: u32| places.iter().any(|p| p.is_near(skin.rest[n as usize]));
                 triangles.retain(|t| t.iter().all(|&n| is_near(n)));
-                if triangles.is_empty() {
-                    return Err(refuse("near", ContactDefect::NothingNear));
+                let corners = || triangles.as_flattened().iter();
+                let has_some = |entry: usize| {
+                    let own = || places.iter().filter(|p| p.entry == entry);
+                    corners().any(|&n| own().any(|p| p.is_near(skin.rest[n as usize])))
+                };
+                if let Some(k) = (0..spec.near.len()).find(|&k| !has_some(k)) {
+                    return Err(refuse(&format!("near[{k}]"), ContactDefect::NothingNear));
                 }
             }
             Touching::Carried {
@@ -222,20 +231,35 @@ fn params(place: &Place, spec: &TouchingSpec) -> Result<FleshContactParams, Scen
     Ok(params)
 }
 
-/// Places and how far from each of them, meters.
-fn places(
-    near: &[NearSpec],
-    of: &SkinOf,
-    scale: f64,
-) -> Result<Vec<([f64; 3], f64)>, ContactDefect> {
+/// A place, and how far from it, meters.
+struct Near {
+    /// Whose it is in the scene's list.
+    entry: usize,
+    at: [f64; 3],
+    within: f64,
+}
+
+impl Near {
+    fn is_near(&self, point: [f64; 3]) -> bool {
+        distance(point, self.at) <= self.within
+    }
+}
+
+fn places(near: &[NearSpec], of: &SkinOf, scale: f64) -> Result<Vec<Near>, (usize, ContactDefect)> {
     let mut places = Vec::new();
-    for spec in near {
+    for (entry, spec) in near.iter().enumerate() {
+        let within = scale * spec.within;
+        let finite = spec.offset.iter().all(|o| o.is_finite()) && within < f64::INFINITY;
+        if !(finite && within > 0.0) {
+            let value = spec.within;
+            return Err((entry, ContactDefect::NotPositive { value }));
+        }
         for &index in &spec.landmarks {
             let known = of.landmarks.iter().find(|l| l.index == index);
-            let landmark = known.ok_or(ContactDefect::NoLandmark { index })?;
-            let at = landmark.point.position(of.rest);
-            let at = std::array::from_fn(|i| at[i] + scale * spec.offset[i]);
-            places.push((at, scale * spec.within));
+            let landmark = known.ok_or((entry, ContactDefect::NoLandmark { index }))?;
+            let rest = landmark.point.position(of.rest);
+            let at = std::array::from_fn(|i| rest[i] + scale * spec.offset[i]);
+            places.push(Near { entry, at, within });
         }
     }
     Ok(places)

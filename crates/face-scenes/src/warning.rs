@@ -3,6 +3,7 @@
 use super::check::{CheckReport, MeshReport, MuscleReport};
 use super::distance::distance;
 use super::material::Region;
+use super::names::are_of_one;
 use super::{Scene, strays};
 use face_rig::anatomy::Side;
 use fem_materials::Lame;
@@ -304,7 +305,7 @@ impl Warnings {
                 Side::Right => name.strip_suffix('R').map(|s| format!("{s}L")),
                 Side::Middle => None,
             };
-            let missing = partner.filter(|p| !scene.muscles.iter().any(|m| m.name == *p));
+            let missing = partner.filter(|p| !scene.muscles.iter().any(|m| are_of_one(&m.name, p)));
             self.0.extend(missing.map(|partner| Warning::NoPartner {
                 muscle: name.clone(),
                 partner,

@@ -242,7 +242,7 @@ pub struct FitArgs {
     pub jaw: Jaw,
     /// Tikhonov weight of the joint's protrusion, lateral shift and yaw, each relative to its limit,
     /// millimeters squared: larger prefers a jaw that only opens. That of the scene (`fit.jaw_weight_mm2`)
-    /// if it is not given, 300 where the scene says nothing.
+    /// if it is not given, 300 where the scene says nothing or its fits see other points.
     #[arg(long, value_name = "MM2", value_parser = not_negative, allow_hyphen_values = true)]
     pub jaw_weight: Option<f64>,
     /// Weight of ½ w |MᵀM − I|² for a head or jaw that may move by an affine map M, millimeters squared:

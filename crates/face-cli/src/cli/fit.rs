@@ -13,7 +13,9 @@ use face_rig::fit::{
     CraniumModel, FitError, FitIteration, FitParams, JawModel, Orthogonality, Parametrization,
 };
 use face_rig::rig::{Rig, RigParams};
-use face_scenes::{ExpressionFit, Outcome, PointsSpec, Scene, Target, TargetKind, fit_expression};
+use face_scenes::{
+    ExpressionFit, FitSpec, Outcome, PointsSpec, Scene, Target, TargetKind, fit_expression,
+};
 use fem_solvers::{Loss, StepMethod};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
@@ -95,23 +97,37 @@ fn settings(scene: &Scene, args: &FitArgs, params: &FitParams, rig: &Rig) -> Val
         "points": points(scene, args), "landmark_weight": landmark_weight(scene, args),
         "head": format!("{:?}", args.head).to_lowercase(), "jaw": format!("{:?}", args.jaw).to_lowercase(),
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
-        "jaw_weight_mm2": 1e6 * params.joint_weight, "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
+        "jaw_weight_mm2": jaw_weight(scene, args), "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start,
         "multigrid": Multigrid::told(rig.params().multigrid) })
 }
 
-/// What the command line says, or else the scene.
+/// What the command line says, or else the scene; landmarks alone where no target knows the skin.
 fn points(scene: &Scene, args: &FitArgs) -> PointsSpec {
-    match args.points {
+    let said = match args.points {
         None => scene.fit.points,
         Some(Points::Landmarks) => PointsSpec::Landmarks,
         Some(Points::Dense) => PointsSpec::Dense,
         Some(Points::Both) => PointsSpec::Both,
+    };
+    let no_skin = scene.targets.iter().all(|target| target.dense.is_none());
+    match said {
+        PointsSpec::Both if no_skin => PointsSpec::Landmarks,
+        _ => said,
     }
 }
 
 fn landmark_weight(scene: &Scene, args: &FitArgs) -> f64 {
     args.landmark_weight.unwrap_or(scene.fit.landmark_weight)
+}
+
+/// Millimeters squared. A scene's own suits the points that it has its fits see, and no others.
+fn jaw_weight(scene: &Scene, args: &FitArgs) -> f64 {
+    let otherwise = match points(scene, args) == scene.fit.points {
+        true => scene.fit,
+        false => FitSpec::default(),
+    };
+    args.jaw_weight.unwrap_or(otherwise.jaw_weight_mm2)
 }
 
 fn chosen<'s>(scene: &'s Scene, names: &[String]) -> Result<Vec<&'s Target>, Failure> {
@@ -166,7 +182,7 @@ fn params(scene: &Scene, args: &FitArgs) -> FitParams {
             Method::NormalEquations => StepMethod::NormalEquations,
         },
         activation_weight: 1e-6 * args.relax,
-        joint_weight: 1e-6 * args.jaw_weight.unwrap_or(scene.fit.jaw_weight_mm2),
+        joint_weight: 1e-6 * jaw_weight(scene, args),
         orthogonality: args.orthogonality.map_or(scene.orthogonality(), |mm2| {
             let [cranium, jaw] = [1e-6 * mm2; 2];
             Orthogonality { cranium, jaw }
@@ -278,7 +294,7 @@ impl Fitting<'_> {
         Ok(Finished {
             place,
             name: fit.name.clone(),
-            heading: line(fit),
+            heading: line(fit, points(self.scene, self.args)),
             caption: format!("{}: {:.2} mm RMS", fit.name, fit.rms_after_mm),
             positions: fit.positions.clone(),
             jaw: parameters.jaw,
@@ -287,13 +303,17 @@ impl Fitting<'_> {
     }
 }
 
-fn line(fit: &ExpressionFit) -> String {
+fn line(fit: &ExpressionFit, points: PointsSpec) -> String {
     let jaw = match fit.jaw_pose.opening_degrees {
         0.0 => String::new(),
         d => format!(", jaw {d:.1} deg"),
     };
+    let told = match points {
+        PointsSpec::Both => " of landmarks",
+        _ => "",
+    };
     format!(
-        "{}: {} points, {:.2} -> {:.2} mm RMS in {} steps{jaw}",
+        "{}: {} points, {:.2} -> {:.2} mm RMS{told} in {} steps{jaw}",
         fit.name, fit.points, fit.rms_before_mm, fit.rms_after_mm, fit.iterations
     )
 }

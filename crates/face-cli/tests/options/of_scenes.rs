@@ -42,4 +42,15 @@ fn what_fits_see_and_weigh_stands_in_the_scene_and_options_replace_it() {
         ],
         [&Value::from("both"), &Value::from(9.0), &Value::from(0.0)]
     );
+    // A table of landmarks knows no skin: what the scene weighs beside one does not hold.
+    std::fs::copy(at.join("targets.csv"), at.join("others.csv")).unwrap();
+    let others = report(at, "fit", &["--targets", "others.csv", "--target", "first"]).1;
+    let plain = Fit::default_of(&scene).of_first(&scene);
+    let (found, expected) = (
+        &others["results"]["fits"][0]["activations"],
+        &plain["activations"],
+    );
+    assert_eq!(found, expected);
+    assert_eq!(others["settings"]["points"], "landmarks");
+    assert_eq!(others["settings"]["jaw_weight_mm2"], 300.0);
 }

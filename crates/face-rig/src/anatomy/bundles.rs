@@ -1,4 +1,4 @@
-//! Muscles divided into bundles of fibers that lie side by side.
+//! Muscles divided into bundles of fibers.
 
 /// How far two pieces one behind the other along the fibers are apart, as a share of how far they would be
 /// side by side.
@@ -26,9 +26,9 @@ impl Piece {
 }
 
 /// The bundle of every piece, numbered from 0: at most `count`, none of them empty. Fibers contract
-/// together with those before and behind them, so bundles lie side by side in all but very long muscles:
-/// lengths along the fibers count a fifth, and a ring falls into sectors. The same pieces give the same
-/// bundles.
+/// together with those before and behind them, so what is near is measured with lengths along them a fifth
+/// as long: a strap is cut lengthwise, a broad sheet of long fibers two by two, a ring into sectors. The
+/// same pieces give the same bundles.
 ///
 /// Lloyd's rounds from starts that are as far from each other as can be.
 pub fn bundles(pieces: &[Piece], count: usize) -> Vec<usize> {
@@ -117,8 +117,8 @@ mod tests {
     }
 
     #[test]
-    fn bundles_of_a_strap_lie_side_by_side_from_end_to_end() {
-        // Twice as long as wide: plain distances would cut it across.
+    fn a_strap_is_cut_lengthwise() {
+        // Twice as long as wide: by plain distances it would be cut across.
         let own = bundles(&strap(6, 12), 3);
         for (k, bundle) in own.iter().enumerate() {
             assert_eq!(*bundle, (k % 6) / 2, "piece {k}");

@@ -9,7 +9,7 @@ use crate::names::bundle;
 use face_rig::anatomy::{FiberEntry, Muscle, Piece, bundles};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// With fewer elements in each, a bundle is no part of the shape but of the mesh.
+/// Of a muscle for each of its bundles: with fewer they are parts of the mesh rather than of the muscle.
 const FEWEST_ELEMENTS: usize = 8;
 
 impl Paper<'_> {

@@ -144,9 +144,10 @@ pub struct OwnFibersSpec {
 pub struct BundlesSpec {
     /// Their names; one without `_L` or `_R` means both sides.
     pub muscles: Vec<String>,
-    /// Into how many bundles each is divided, at most: one for every eight elements that it fills. They lie
-    /// side by side in all but very long muscles, a ring's one after the other, and are named `zygomaticus_major.1_L` and so on, along the
-    /// axis in which they lie farthest apart; the muscle's own name means all of them.
+    /// Into how many bundles each is divided, at most: no more than one for every eight elements that it
+    /// fills. A strap is cut lengthwise, a ring into sectors ([`bundles`](face_rig::anatomy::bundles)). They
+    /// are named `zygomaticus_major.1_L` and so on, those of each side by themselves, along the axis in
+    /// which they lie farthest apart; the muscle's own name means all of them.
     pub count: usize,
 }
 

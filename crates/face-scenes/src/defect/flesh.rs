@@ -32,6 +32,9 @@ pub enum FleshDefect {
         /// What was given.
         weight: f64,
     },
+    /// A skin that no target knows.
+    #[error("the scene has no \"targets.dense\"; say \"landmarks\", or where the skin goes")]
+    NoDenseTargets,
     /// Landmarks that count for nothing, or less.
     #[error("{weight} must be above 0; to fit the dense skin alone say \"points\": \"dense\"")]
     LandmarkWeight {

@@ -2,7 +2,7 @@
 
 use super::course_tests::{CURVES, FROM_FILE, drawn};
 use super::*;
-use crate::parse_activations;
+use crate::{InfluenceKind, parse_activations};
 use std::collections::BTreeSet;
 
 fn divided(bundles: &str, fields: &str) -> Files {
@@ -79,6 +79,15 @@ fn bundles_are_their_muscle_in_parts_and_have_what_it_has() {
     // A muscle's name means all of its bundles, in a pose as in a strength.
     let pulled = parse_activations(&scene.muscles, ["sheet=0.5", "ring.2_L=1"]).expect("muscles");
     assert_eq!(pulled, [0.0, 0.5, 0.5, 0.5, 0.0, 1.0, 0.0]);
+    let files = divided(three, own);
+    let strength = r#""volume": "elements",
+      "strengths": [{ "name": "sheets", "muscle": "sheet", "range": [-0.5, 2] }]"#;
+    files.edit("scene.json", r#""volume": "elements""#, strength);
+    let scene = files.load().expect("a scene");
+    let InfluenceKind::Strength { muscles } = &scene.influences[0].kind else {
+        panic!("{:?}", scene.influences);
+    };
+    assert_eq!(muscles, &[1, 2, 3]);
 }
 
 #[test]
@@ -127,7 +136,7 @@ fn a_division_that_cannot_be_names_its_field() {
             ["bundles[1]", "sheet_L is divided twice"],
         ),
         (
-            r#"{ "muscles": ["sheet"], "count": 2 }"#,
+            r#"{ "muscles": ["sheet_L"], "count": 2 }"#,
             r#", "drawn": [{ "name": "sheet.2_L",
               "along": { "lines": [[[0.02, 0.1, 0.02], [0.08, 0.1, 0.02]]], "radius": 0.002 } }]"#,
             [

@@ -110,6 +110,10 @@ fn thresholds_and_weights_and_solvers_that_make_no_sense_are_named() {
         (r#""fit": { "relax": 1 }"#, ["fit", "orthogonality"]),
         (r#""fit": { "points": "all" }"#, ["fit.points", "both"]),
         (
+            r#""fit": { "points": "both" }"#,
+            ["fit.points", "targets.dense"],
+        ),
+        (
             r#""fit": { "landmark_weight": 0 }"#,
             ["fit.landmark_weight", "above 0"],
         ),

@@ -38,6 +38,28 @@ fn what_flesh_touches_with_is_named_by_its_field() {
             r#"{ "surface": "skin", "near": { "landmarks": [48], "within": 0.001 } }"#,
             "contact.flesh.near",
         ),
+        (
+            "empty",
+            r#"{ "surface": "skin", "near": [] }"#,
+            "a list of those",
+        ),
+        (
+            "inside out",
+            r#"{ "surface": "skin", "near": [{ "landmarks": [48], "within": 15 },
+                 { "landmarks": [48], "within": -15 }] }"#,
+            "contact.flesh.near[1]",
+        ),
+        (
+            "elsewhere",
+            r#"{ "surface": "skin", "near": [{ "landmarks": [48], "within": 15 },
+                 { "landmarks": [48], "offset": [0, 500, 0], "within": 15 }] }"#,
+            "contact.flesh.near[1]",
+        ),
+        (
+            "of none",
+            r#"{ "surface": "skin", "near": { "landmarks": [], "within": 9 } }"#,
+            "contact.flesh.near[0]",
+        ),
         ("unknown", r#"{ "surfaces": "skin" }"#, "surfaces"),
     ] {
         let error = builtin(name, flesh).expect_err(name).to_string();
