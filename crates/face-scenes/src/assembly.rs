@@ -1,6 +1,6 @@
 //! From a scene to forces: materials, fibers and prescribed nodes as one assembly.
 
-use super::defect::{Defect, FibersDefect, MaterialDefect};
+use super::defect::{Defect, FibersDefect, FleshDefect, MaterialDefect};
 use super::format::{Inversion, Volume};
 use super::material::{FiberCurve, FiberStretch, NamedMaterial, Region};
 use super::{Ligament, Scene, SceneError};
@@ -172,6 +172,12 @@ impl Scene {
         let Inversion::Thresholded(threshold) = self.inversion else {
             return add(builder);
         };
+        if threshold >= 1.0 {
+            return Err(refusal(
+                "inversion.thresholded",
+                FleshDefect::Threshold { threshold },
+            ));
+        }
         let threshold = Threshold::new(threshold);
         let threshold = threshold.map_err(|e| refusal("inversion", MaterialDefect::from(e)))?;
         builder.thresholded(threshold, add)

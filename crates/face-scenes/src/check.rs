@@ -1,7 +1,7 @@
 //! What was understood of a scene, and what looks wrong.
 
 use super::warning::{self, Warning};
-use super::{Region, Scene, TargetKind};
+use super::{FitSpec, Inversion, LinearMethod, PointsSpec, Region, Scene, TargetKind};
 use face_rig::anatomy::{Bone, Side};
 use fem_assembly::mesh::Quality;
 use serde::Serialize;
@@ -41,6 +41,9 @@ pub struct CheckReport {
     pub repaired_strays: Vec<u32>,
     /// What acts beside muscles and bones, a sentence each.
     pub influences: Vec<String>,
+    /// How elements are kept from turning inside out, what solves for steps, and what fits see: a sentence
+    /// each where it is not the default.
+    pub settings: Vec<String>,
     /// Targets that are expressions.
     pub expressions: usize,
     /// Targets that are other people.
@@ -140,12 +143,41 @@ pub fn check(scene: &Scene) -> CheckReport {
         skin_vertices: scene.skin.as_ref().map_or(0, |s| s.points.len()),
         repaired_strays: scene.repaired_strays.clone(),
         influences: scene.influences.iter().map(|i| i.describe(scene)).collect(),
+        settings: settings(scene),
         expressions: identity(TargetKind::Expression),
         identities: identity(TargetKind::Identity),
         warnings: Vec::new(),
     };
     report.warnings = warning::all(scene, &report, crowded);
     report
+}
+
+fn settings(scene: &Scene) -> Vec<String> {
+    let mut all = Vec::new();
+    match scene.inversion {
+        Inversion::Barred => {}
+        Inversion::Allowed => all.push("elements may turn inside out".to_owned()),
+        Inversion::Thresholded(threshold) => all.push(format!(
+            "stretches below {threshold} are felt as {threshold}: elements may turn inside out"
+        )),
+    }
+    if scene.linear_solver == LinearMethod::Qr {
+        all.push("Newton's steps by dense QR".to_owned());
+    }
+    let fit = scene.fit;
+    match fit.points {
+        PointsSpec::Landmarks => {}
+        PointsSpec::Dense => all.push("fits see the skin".to_owned()),
+        PointsSpec::Both => all.push(format!(
+            "fits see landmarks and skin, a landmark {} times as much as a point of the skin",
+            fit.landmark_weight
+        )),
+    }
+    if fit.jaw_weight_mm2 != FitSpec::default().jaw_weight_mm2 {
+        let weight = fit.jaw_weight_mm2;
+        all.push(format!("fits weigh the jaw's slides by {weight} mm²"));
+    }
+    all
 }
 
 fn mesh_report(scene: &Scene) -> MeshReport {
@@ -202,6 +234,9 @@ impl fmt::Display for CheckReport {
         self.flesh(f)?;
         for influence in &self.influences {
             writeln!(f, "  control    {influence}")?;
+        }
+        for setting in &self.settings {
+            writeln!(f, "  setting    {setting}")?;
         }
         writeln!(
             f,

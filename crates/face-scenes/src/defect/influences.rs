@@ -94,6 +94,11 @@ pub enum InfluenceDefect {
         "a penalty with a factor below 0 pulls flesh in, without end; begin the range at 0 or above"
     )]
     Pulls,
+    /// Springs that push away from where they end.
+    #[error(
+        "springs with a factor below 0 push away from their ends, without end; begin the range at 0 or above"
+    )]
+    Pushes,
     /// A penalty against nothing.
     #[error("names no eyeball, so the penalty pushes nothing")]
     NoObstacle,

@@ -233,6 +233,10 @@ impl Reader<'_> {
         if !(stiffness >= 0.0 && stiffness.is_finite() && finite) {
             return Err(self.body.place.field(field, InfluenceDefect::Springs));
         }
+        if range.is_some_and(|[low, _]| low < 0.0) {
+            let place = self.body.place;
+            return Err(place.field(format!("{field}.range"), InfluenceDefect::Pushes));
+        }
         let end = |&n: &u32| (n as usize, to.unwrap_or_else(|| self.ground.mesh.node(n)));
         Ok(Influence {
             name: name.into(),

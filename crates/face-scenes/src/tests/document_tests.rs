@@ -126,9 +126,11 @@ fn thresholds_and_weights_and_solvers_that_make_no_sense_are_named() {
         expect(&error, &parts);
     }
     let mut scene = Files::new().load().expect("a scene");
-    scene.inversion = Inversion::Thresholded(f64::NAN);
-    let error = scene.assembly().expect_err("no threshold").to_string();
-    expect(&error, &["inversion", "threshold"]);
+    for threshold in [f64::NAN, 1.0, -1.0] {
+        scene.inversion = Inversion::Thresholded(threshold);
+        let error = scene.assembly().expect_err("no threshold").to_string();
+        expect(&error, &["inversion", &threshold.to_string()]);
+    }
 }
 
 fn wall(stiffness: &str, shape: &str) -> String {
@@ -262,4 +264,26 @@ fn weights_of_orthogonality_are_those_of_the_scene() {
     assert_eq!((other.cranium, other.jaw), (1e-6 * 1e4, 1e-6 * 50.0));
     let both = r#""fit": { "orthogonality": { "cranium_mm2": 0, "jaw_mm2": 2 } }"#;
     assert_eq!((weights(both).cranium, weights(both).jaw), (0.0, 2e-6));
+}
+
+#[test]
+fn what_is_not_the_default_is_told_by_a_check() {
+    let told = |entries: &str| check(&with(entries).load().expect("a scene")).settings;
+    assert_eq!(told(r#""volume": "elements""#), [""; 0]);
+    let entries = r#""inversion": { "thresholded": 0.25 }, "linear_solver": "qr",
+        "fit": { "jaw_weight_mm2": 20 }"#;
+    let report = check(&with(entries).load().expect("a scene"));
+    expect(
+        &report.to_string(),
+        &[
+            "setting    stretches below 0.25 are felt as 0.25",
+            "setting    Newton's steps by dense QR",
+            "setting    fits weigh the jaw's slides by 20 mm²",
+        ],
+    );
+    assert_eq!(told(r#""inversion": "allowed""#).len(), 1);
+    let springs = r#""loads": [ { "springs": { "name": "s", "at": { "nodes": [30] }, "stiffness": 5,
+        "range": [-1, 2] } } ]"#;
+    let error = with(springs).load().expect_err("a push").to_string();
+    expect(&error, &["loads[0].range", "push away"]);
 }
