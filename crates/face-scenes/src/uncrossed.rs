@@ -78,7 +78,7 @@ impl Fit<'_> {
     pub fn has_moved(&self, of: &Ended, share: f64) -> bool {
         let found = 1e3 * self.goals.rms(&of.report.positions);
         let nothing = 1e3 * self.fitter.params.rms_tolerance;
-        (found - of.told_mm).abs() > nothing.max(share * of.told_mm)
+        !((found - of.told_mm).abs() <= nothing.max(share * of.told_mm))
     }
 
     /// From the numbers `start` to the end, on whichever shape a fit should have. The rig is left there.

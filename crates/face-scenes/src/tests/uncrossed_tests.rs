@@ -114,12 +114,18 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
         let gave_up = GaussNewtonFailure::NoDecrease { lambda: 1e5 };
         let outcome = Outcome::NotConverged(Unfinished::Failed(Box::new(gave_up)));
         let ended = rig.lent(|rig| {
+            let untold = FitReport {
+                iterations: Vec::new(),
+                ..report.clone()
+            };
+            let untold = Ended::of(rig, (untold, Outcome::Converged(None)));
             let first = Ended::of(rig, (report, outcome));
             let mut fit = Fit {
                 fitter: goals.fitter(&map, &params),
                 goals: &goals,
                 observer: &mut |_| {},
             };
+            assert!(fit.has_moved(&untold, UNSETTLED), "NaN is no distance");
             // By half a percent it is still what was fitted, but worth another look.
             assert_eq!(fit.has_moved(&first, ANOTHER), goes_on);
             assert_eq!(fit.has_moved(&first, UNSETTLED), share < 0.99);
