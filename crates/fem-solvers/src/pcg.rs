@@ -1,7 +1,7 @@
 //! Preconditioned conjugate gradients.
 
 use crate::operator::{LinearOperator, Preconditioner, Structure};
-use crate::vector::{axpy, dot, first_non_finite, norm, norm_inf};
+use crate::vector::{axpy, dot, first_non_finite, norm, norm_inf, step, turn};
 use thiserror::Error;
 
 /// When to stop.
@@ -401,9 +401,7 @@ impl Iterate {
             });
         }
         let beta = if iteration == 0 { 0.0 } else { rz / self.rz };
-        for (p, z) in self.p.iter_mut().zip(&self.z) {
-            *p = z + beta * *p;
-        }
+        turn(beta, &self.z, &mut self.p);
         self.rz = rz;
         Ok(())
     }
@@ -439,15 +437,13 @@ impl Iterate {
             });
         }
         let alpha = self.rz / pap;
-        if self.scale == 1.0 {
-            axpy(alpha, &self.p, x);
+        let factors = (alpha, self.scale);
+        let norm = step(factors, (&self.p, &self.ap), (x, &mut self.r)).sqrt();
+        self.r_norm = if COMFORTABLE.contains(&norm) {
+            norm
         } else {
-            for (x, p) in x.iter_mut().zip(&self.p) {
-                *x += alpha * p / self.scale;
-            }
-        }
-        axpy(-alpha, &self.ap, &mut self.r);
-        self.r_norm = safe_norm(&self.r);
+            safe_norm(&self.r)
+        };
         self.iteration += 1;
         Ok(())
     }

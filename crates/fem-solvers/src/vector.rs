@@ -1,6 +1,6 @@
 //! Sums over long slices in a fixed order.
 
-use crate::parallel::map;
+use crate::parallel::{each, map};
 
 /// Entries per partial sum; the cut does not depend on the number of threads.
 const CHUNK: usize = 4096;
@@ -36,6 +36,52 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
 }
 
+/// Length from which passes that read and write several vectors are worth a second thread.
+const PARALLEL_PASS: usize = 32_768;
+
+/// One step of conjugate gradients, `x += alpha · p / scale`, `r −= alpha · ap`, in one pass; returns `rᵀ r`.
+pub(crate) fn step(
+    (alpha, scale): (f64, f64),
+    (p, ap): (&[f64], &[f64]),
+    (x, r): (&mut [f64], &mut [f64]),
+) -> f64 {
+    let parallel = r.len() >= PARALLEL_PASS;
+    let read = p.chunks(CHUNK).zip(ap.chunks(CHUNK));
+    let written = x.chunks_mut(CHUNK).zip(r.chunks_mut(CHUNK));
+    let chunks = read.zip(written);
+    let pass = |((p, ap), (x, r)): ((&[f64], &[f64]), (&mut [f64], &mut [f64]))| {
+        if scale == 1.0 {
+            axpy(alpha, p, x);
+        } else {
+            for (x, p) in x.iter_mut().zip(p) {
+                *x += alpha * p / scale;
+            }
+        }
+        axpy(-alpha, ap, r);
+        dot_chunk(r, r)
+    };
+    if parallel {
+        let partial: Vec<f64> = map(chunks.collect(), pass);
+        partial.iter().sum()
+    } else {
+        chunks.map(pass).sum()
+    }
+}
+
+/// `p ← z + beta · p`.
+pub(crate) fn turn(beta: f64, z: &[f64], p: &mut [f64]) {
+    let pass = |(z, p): (&[f64], &mut [f64])| {
+        for (p, z) in p.iter_mut().zip(z) {
+            *p = z + beta * *p;
+        }
+    };
+    if p.len() >= PARALLEL_PASS {
+        each(z.chunks(CHUNK).zip(p.chunks_mut(CHUNK)), pass);
+    } else {
+        pass((z, p));
+    }
+}
+
 /// Euclidean norm.
 pub(crate) fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
@@ -43,13 +89,28 @@ pub(crate) fn norm(a: &[f64]) -> f64 {
 
 /// Largest absolute entry; NaN if there is one.
 pub(crate) fn norm_inf(a: &[f64]) -> f64 {
-    a.iter().fold(0.0, |m: f64, v| {
-        if v.is_nan() || m.is_nan() {
-            f64::NAN
+    let mut lanes = [0.0; 8];
+    let (eights, rest) = a.as_chunks::<8>();
+    // A comparison that fails for NaN keeps it: whatever is not at most the largest replaces it.
+    let larger = |largest: &mut f64, v: f64| {
+        let size = v.abs();
+        *largest = if size <= *largest || largest.is_nan() {
+            *largest
         } else {
-            m.max(v.abs())
+            size
+        };
+    };
+    for eight in eights {
+        for (largest, v) in lanes.iter_mut().zip(eight) {
+            larger(largest, *v);
         }
-    })
+    }
+    let mut largest = 0.0;
+    lanes
+        .iter()
+        .chain(rest)
+        .for_each(|v| larger(&mut largest, *v));
+    largest
 }
 
 /// `y += a x`.

@@ -1,6 +1,8 @@
 //! The values, and the product with a vector.
 
 use super::BlockPattern;
+use super::pattern::RowChunk;
+use super::product::RowsProduct;
 use crate::operator::{LinearOperator, Structure};
 use crate::parallel::map;
 use std::sync::Arc;
@@ -190,54 +192,6 @@ impl<const D: usize> BlockSymmetric<D> {
         }
         dense
     }
-
-    /// Rows `chunk.rows` of the stored half: their own part into `own`, what falls on earlier rows
-    /// into the returned vector, which starts at `first_column`.
-    fn apply_chunk(
-        &self,
-        rows: std::ops::Range<usize>,
-        first_column: usize,
-        x: &[[f64; D]],
-        own: &mut [[f64; D]],
-    ) -> Vec<[f64; D]> {
-        let begin = rows.start;
-        let mut before = vec![[0.0; D]; begin.saturating_sub(first_column)];
-        own.fill([0.0; D]);
-        for i in rows {
-            let range = self.pattern.row_start()[i]..self.pattern.row_start()[i + 1];
-            let columns = &self.pattern.columns()[range.clone()];
-            let blocks = &self.values[range];
-            let xi = x[i];
-            let mut yi = [0.0; D];
-            let last = columns.len() - 1;
-            for (&j, a) in columns[..last].iter().zip(&blocks[..last]) {
-                let j = j as usize;
-                let xj = x[j];
-                let mut yj = [0.0; D];
-                for r in 0..D {
-                    for c in 0..D {
-                        yi[r] += a[r][c] * xj[c];
-                        yj[c] += a[r][c] * xi[r];
-                    }
-                }
-                let target = if j >= begin {
-                    &mut own[j - begin]
-                } else {
-                    &mut before[j - first_column]
-                };
-                for c in 0..D {
-                    target[c] += yj[c];
-                }
-            }
-            for r in 0..D {
-                for c in 0..D {
-                    yi[r] += blocks[last][r][c] * xi[c];
-                }
-                own[i - begin][r] += yi[r];
-            }
-        }
-        before
-    }
 }
 
 /// The mean absolute diagonal entry of the rows that are there, 1 if there is none.
@@ -287,8 +241,15 @@ impl<const D: usize> LinearOperator for BlockSymmetric<D> {
         let (x, _) = x.as_chunks::<D>();
         let (mut rest, _) = y.as_chunks_mut::<D>();
         let chunks = &self.pattern.chunks;
+        let product = |chunk: &RowChunk, own| RowsProduct {
+            matrix: self,
+            rows: chunk.rows.clone(),
+            first_column: chunk.first_column,
+            x,
+            own,
+        };
         if let [only] = chunks.as_slice() {
-            self.apply_chunk(only.rows.clone(), only.first_column, x, rest);
+            product(only, rest).run();
             return;
         }
         let mut tasks = Vec::with_capacity(chunks.len());
@@ -297,9 +258,7 @@ impl<const D: usize> LinearOperator for BlockSymmetric<D> {
             tasks.push((chunk, own));
             rest = tail;
         }
-        let before: Vec<Vec<[f64; D]>> = map(tasks, |(chunk, own)| {
-            self.apply_chunk(chunk.rows.clone(), chunk.first_column, x, own)
-        });
+        let before: Vec<Vec<[f64; D]>> = map(tasks, |(chunk, own)| product(chunk, own).run());
         let (y, _) = y.as_chunks_mut::<D>();
         for (chunk, part) in chunks.iter().zip(&before) {
             for (target, value) in y[chunk.first_column.min(chunk.rows.start)..]

@@ -591,7 +591,7 @@ impl Forcing {
         // No more accuracy than the last step needs.
         let eta = eta
             .min(Self::LARGEST)
-            .max(0.2 * remaining.min(1.0))
+            .max(0.1 * remaining.min(1.0))
             .max(Self::SMALLEST);
         self.previous = Some((gradient, eta));
         eta

@@ -4,9 +4,12 @@ use super::minimum_degree::order_leaf;
 use super::separator::{Side, cover_cut};
 use super::{Graph, Permutation};
 use crate::block_matrix::BlockPattern;
+use crate::parallel::each;
 
 /// Vertices from which a part is not split any further.
 const LEAF: usize = 96;
+/// Vertices from which the pieces of a part are worth a thread each.
+const LARGE: usize = 2_048;
 /// Cuts tried along each direction, as fractions of the vertices.
 const FRACTIONS: [f64; 3] = [0.5, 0.42, 0.58];
 
@@ -25,49 +28,77 @@ pub fn nested_dissection<const N: usize>(
     let coordinates =
         coordinates.filter(|c| N > 0 && c.len() == n && c.iter().flatten().all(|v| v.is_finite()));
     let mut order = vec![0; n];
-    let mut local = vec![u32::MAX; n];
-    let mut work = vec![((0..n as u32).collect::<Vec<_>>(), 0usize)];
-    // A part is a set of vertices and the place of its first one in the order.
-    while let Some((vertices, begin)) = work.pop() {
-        let end = begin + vertices.len();
-        if vertices.len() <= LEAF {
-            order_leaf(&graph, &vertices, &mut local, &mut order[begin..end]);
-            continue;
+    let cuts = Cuts {
+        graph: &graph,
+        coordinates,
+    };
+    cuts.dissect((0..n as u32).collect(), &mut order);
+    Permutation::from_order(order)
+}
+
+struct Cuts<'a, const N: usize> {
+    graph: &'a Graph,
+    coordinates: Option<&'a [[f64; N]]>,
+}
+
+impl<const N: usize> Cuts<'_, N> {
+    /// Orders a part; what is cut in two may go to two threads.
+    fn dissect(&self, vertices: Vec<u32>, order: &mut [u32]) {
+        let mut local = vec![u32::MAX; self.graph.len()];
+        let mut work = vec![(vertices, order)];
+        while let Some((vertices, order)) = work.pop() {
+            let large = vertices.len() > LARGE;
+            let parts = self.cut(vertices, order, &mut local);
+            if large && parts.len() > 1 {
+                each(parts, |(vertices, order)| self.dissect(vertices, order));
+            } else {
+                work.extend(parts);
+            }
         }
-        let sub = graph.induced(&vertices, &mut local);
+    }
+
+    /// Orders a leaf or a separator, and returns what is left with its place in the order.
+    fn cut<'o>(
+        &self,
+        vertices: Vec<u32>,
+        order: &'o mut [u32],
+        local: &mut [u32],
+    ) -> Vec<(Vec<u32>, &'o mut [u32])> {
+        if vertices.len() <= LEAF {
+            order_leaf(self.graph, &vertices, local, order);
+            return Vec::new();
+        }
+        let sub = self.graph.induced(&vertices, local);
         let components = sub.components();
         if components.len() > 1 {
-            let mut place = begin;
-            for component in components {
-                let size = component.len();
-                work.push((
-                    component.iter().map(|&k| vertices[k as usize]).collect(),
-                    place,
-                ));
-                place += size;
-            }
-            continue;
+            let global = |own: Vec<u32>| own.iter().map(|&k| vertices[k as usize]).collect();
+            return shares(components.into_iter().map(global).collect(), order);
         }
-        let Some(sides) = split(&sub, &vertices, coordinates) else {
+        let Some(sides) = split(&sub, &vertices, self.coordinates) else {
             // No cut leaves two sides: nearly a complete graph, where every order fills alike.
-            order[begin..end].copy_from_slice(&vertices);
-            continue;
+            order.copy_from_slice(&vertices);
+            return Vec::new();
         };
         let pick = |which: Side| -> Vec<u32> {
-            vertices
-                .iter()
-                .zip(&sides)
-                .filter(|(_, p)| **p == which)
-                .map(|(v, _)| *v)
-                .collect()
+            let own = vertices.iter().zip(&sides).filter(|(_, p)| **p == which);
+            own.map(|(v, _)| *v).collect()
         };
-        let (left, right, separator) = (pick(Side::Left), pick(Side::Right), pick(Side::Separator));
-        order[end - separator.len()..end].copy_from_slice(&separator);
-        let middle = begin + left.len();
-        work.push((left, begin));
-        work.push((right, middle));
+        let separator = pick(Side::Separator);
+        let (order, last) = order.split_at_mut(vertices.len() - separator.len());
+        last.copy_from_slice(&separator);
+        shares(vec![pick(Side::Left), pick(Side::Right)], order)
     }
-    Permutation::from_order(order)
+}
+
+/// Each part with its place in the order, one behind the other.
+fn shares(parts: Vec<Vec<u32>>, mut order: &mut [u32]) -> Vec<(Vec<u32>, &mut [u32])> {
+    let mut shares = Vec::with_capacity(parts.len());
+    for part in parts {
+        let (own, rest) = order.split_at_mut(part.len());
+        shares.push((part, own));
+        order = rest;
+    }
+    shares
 }
 
 /// The best of several cuts, `None` when no cut leaves anything on both sides.

@@ -4,6 +4,7 @@ mod cholesky;
 mod common;
 mod continuation;
 mod gauss_newton;
+mod incomplete;
 mod least_squares_stop;
 mod matrix_free;
 mod multigrid;

@@ -33,8 +33,13 @@ fn the_half_stored_product_is_the_dense_product() {
 
 #[test]
 fn a_large_product_is_the_sum_of_columns_and_has_the_same_bits_on_any_number_of_threads() {
+    a_large_product::<2>();
+    a_large_product::<3>();
+}
+
+fn a_large_product<const D: usize>() {
     // Large enough for several chunks.
-    let (a, _) = grid_matrix::<2>([16, 16, 32]);
+    let (a, _) = grid_matrix::<D>([16, 16, 32]);
     assert!(a.pattern().stored() > 3 * 16_384);
     let x: Vec<f64> = (0..a.dim()).map(|i| (0.37 * i as f64).sin()).collect();
     let apply = |threads| {
@@ -56,11 +61,11 @@ fn a_large_product_is_the_sum_of_columns_and_has_the_same_bits_on_any_number_of_
     for i in 0..p.blocks() {
         for k in p.row_start()[i]..p.row_start()[i + 1] {
             let j = p.columns()[k] as usize;
-            for r in 0..2 {
-                for c in 0..2 {
-                    sum[2 * i + r] += a.values()[k][r][c] * x[2 * j + c];
+            for r in 0..D {
+                for c in 0..D {
+                    sum[D * i + r] += a.values()[k][r][c] * x[D * j + c];
                     if j != i {
-                        sum[2 * j + c] += a.values()[k][r][c] * x[2 * i + r];
+                        sum[D * j + c] += a.values()[k][r][c] * x[D * i + r];
                     }
                 }
             }
@@ -136,15 +141,18 @@ fn incomplete_factor_without_fill_to_drop_is_exact() {
     }
     let a = a.claiming(Structure::SymmetricPositiveDefinite);
     let b = vec![1.0; 100];
-    let mut x = vec![0.0; 100];
     let ic = BlockIc0::new(&a).unwrap();
     assert_eq!(ic.shift(), 0.0);
-    assert_eq!(
-        pcg(&a, &ic, &b, &mut x, &PcgParams::default())
-            .unwrap()
-            .iterations,
-        1
-    );
+    // Seven digits each: the factor is exact but for the rounding of f32.
+    for (relative_tolerance, iterations) in [(1e-6, 1), (1e-13, 2)] {
+        let params = PcgParams {
+            relative_tolerance,
+            ..PcgParams::default()
+        };
+        let mut x = vec![0.0; 100];
+        let info = pcg(&a, &ic, &b, &mut x, &params).unwrap();
+        assert_eq!(info.iterations, iterations);
+    }
 }
 
 #[test]
@@ -170,7 +178,8 @@ fn incomplete_factor_shifts_when_it_breaks_down() {
         &PcgParams::default(),
     )
     .unwrap();
-    assert!(info.iterations <= 5);
+    // Four in exact arithmetic; what f32 rounds off takes as many again at most.
+    assert!(info.iterations <= 8, "{}", info.iterations);
 }
 
 #[test]
