@@ -213,13 +213,17 @@ impl FleshContact {
         if self.forgets {
             return self.look(here, occasion);
         }
-        let near = self.found_near(&here, 0.0);
-        let settled = includes(&self.pairs, &near)
-            && self.others_that_push(&near, &here.from).is_empty()
-            && self
-                .found
-                .holds(&here.from, self.points(), 0.5 * self.free_way());
-        !settled && self.look(here, occasion)
+        !self.is_settled(&here) && self.look(here, occasion)
+    }
+
+    /// Does what was found hold all that is near here, with room to move, and nothing else that pushes?
+    fn is_settled(&mut self, here: &Way) -> bool {
+        let room = 0.5 * self.free_way();
+        if !self.found.holds(&here.from, self.points(), room) {
+            return false;
+        }
+        let near = self.found_near(here, 0.0);
+        includes(&self.pairs, &near) && self.others_that_push(&near, &here.from).is_empty()
     }
 
     fn found_near(&mut self, way: &Way, margin: f64) -> Vec<Pair> {

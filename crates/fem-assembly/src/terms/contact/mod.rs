@@ -1,6 +1,7 @@
 //! Surfaces of flesh that touch each other, or bones.
 
 mod carrier;
+mod cones;
 mod distance;
 mod flesh;
 mod frame;

@@ -1,5 +1,6 @@
 //! Which pairs of a surface are near each other.
 
+use super::cones::Cones;
 use super::geometry::{Aabb, Point, cross, dot, nearest_on_triangle, norm, segment_distance, sub};
 use super::pair::{BAND, Kind, Pair};
 use super::params::FleshContactParams;
@@ -65,6 +66,12 @@ impl Look<'_> {
         let stays = || has(self.stay.kept, &pair) || has(self.stay.held, &pair);
         let quiet = || !(pair.energy(pair.vertices.map(|n| rest[n as usize])) > 0.0);
         (clearly || (stays() && quiet())).then_some(pair)
+    }
+
+    /// Does a triangle look away from a point, and nothing hold them?
+    fn is_turned_away(&self, node: usize, triangle: usize) -> bool {
+        let toward = dot(self.normals.nodes[node], self.normals.triangles[triangle]);
+        self.stay.held.is_empty() && toward >= AWAY
     }
 
     /// May partners whose normals have this product be a pair?
@@ -139,10 +146,17 @@ impl Search {
             stay,
         };
         let reach = (self.params.activation + margin).max(self.params.deepest());
+        let of_triangles = Cones::new(&self.triangle_tree, &look.normals.triangles, AWAY);
+        let of_edges = Cones::new(&self.edge_tree, &look.normals.edges, AWAY);
+        // What is held stays wherever it looks.
+        let all = !look.stay.held.is_empty();
         let of_point = |&node: &u32| {
             let around = Aabb::around(way.ends(node)).grown(reach);
+            let normal = look.normals.nodes[node as usize];
+            let wanted = |branch| all || !of_triangles.look_away(branch, normal);
             let mut own = Vec::new();
-            search.triangle_tree.visit(&around, &mut |t| {
+            let tree = &search.triangle_tree;
+            tree.visit_where(&around, &wanted, &mut |t| {
                 if triangles[t as usize].overlaps(&around) {
                     own.extend(found(search, &look, Kind::Point, node as usize, t as usize));
                 }
@@ -152,11 +166,15 @@ impl Search {
         let of_edge = |(edge, around): (usize, &Aabb)| {
             let mut own = Vec::new();
             let around = around.grown(reach);
-            search.edge_tree.visit(&around, &mut |other| {
-                if other as usize > edge && edges[other as usize].overlaps(&around) {
-                    own.extend(found(search, &look, Kind::EdgeAlong, edge, other as usize));
-                }
-            });
+            let normal = look.normals.edges[edge];
+            let wanted = |branch| all || !of_edges.look_away(branch, normal);
+            search
+                .edge_tree
+                .visit_where(&around, &wanted, &mut |other| {
+                    if other as usize > edge && edges[other as usize].overlaps(&around) {
+                        own.extend(found(search, &look, Kind::EdgeAlong, edge, other as usize));
+                    }
+                });
             own
         };
         let points: Vec<Vec<T>> = map(self.surface.points.iter().collect(), of_point);
@@ -194,7 +212,7 @@ impl Search {
 
     /// The pair, if it would do. What rules most out comes first, what reads most memory last.
     fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
-        if kind == Kind::Point && self.is_far(look, a, b) {
+        if kind == Kind::Point && (look.is_turned_away(a, b) || self.is_far(look, a, b)) {
             return None;
         }
         let partners = self.partners(look, kind, a, b)?;

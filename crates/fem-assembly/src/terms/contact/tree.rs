@@ -86,22 +86,38 @@ impl BoxTree {
 
     /// The same in the order of the tree.
     pub fn visit(&self, wanted: &Aabb, found: &mut impl FnMut(u32)) {
+        self.visit_where(wanted, &|_| true, found);
+    }
+
+    /// Below the nodes that are `wanted` too, by their index.
+    pub fn visit_where(
+        &self,
+        around: &Aabb,
+        wanted: &impl Fn(usize) -> bool,
+        found: &mut impl FnMut(u32),
+    ) {
         if !self.nodes.is_empty() {
-            self.visit_below(0, wanted, found);
+            self.visit_below(0, around, wanted, found);
         }
     }
 
-    fn visit_below(&self, index: usize, wanted: &Aabb, found: &mut impl FnMut(u32)) {
+    fn visit_below(
+        &self,
+        index: usize,
+        around: &Aabb,
+        wanted: &impl Fn(usize) -> bool,
+        found: &mut impl FnMut(u32),
+    ) {
         let node = &self.nodes[index];
-        if !node.around.overlaps(wanted) {
+        if !node.around.overlaps(around) || !wanted(index) {
             return;
         }
         if node.right == 0 {
             let items = &self.order[node.start as usize..node.end as usize];
             items.iter().for_each(|&item| found(item));
         } else {
-            self.visit_below(index + 1, wanted, found);
-            self.visit_below(node.right as usize, wanted, found);
+            self.visit_below(index + 1, around, wanted, found);
+            self.visit_below(node.right as usize, around, wanted, found);
         }
     }
 }
