@@ -63,12 +63,17 @@ impl PivotedQr {
 
     /// Number of diagonal entries of `R` above `max(m, n) ε |R₀₀|`.
     pub fn rank(&self) -> usize {
+        self.rank_of(self.rows)
+    }
+
+    /// The same where the rows are what is left of so many.
+    pub fn rank_of(&self, rows: usize) -> usize {
         let r = |k: usize| self.a[k * self.rows + k].abs();
         let steps = self.tau.len();
         if steps == 0 || !(r(0) > 0.0) {
             return 0;
         }
-        let tolerance = self.rows.max(self.columns) as f64 * f64::EPSILON * r(0);
+        let tolerance = rows.max(self.columns) as f64 * f64::EPSILON * r(0);
         (0..steps).take_while(|&k| r(k) > tolerance).count()
     }
 

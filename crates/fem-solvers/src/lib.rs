@@ -79,6 +79,7 @@ pub mod parallel;
 mod pcg;
 mod preconditioner;
 mod small;
+mod tall_qr;
 mod vector;
 
 pub use block_matrix::{BlockPattern, BlockSymmetric, PatternError};

@@ -48,8 +48,10 @@ pub(crate) fn step(
     let parallel = r.len() >= PARALLEL_PASS;
     let read = p.chunks(CHUNK).zip(ap.chunks(CHUNK));
     let written = x.chunks_mut(CHUNK).zip(r.chunks_mut(CHUNK));
-    let chunks = read.zip(written);
-    let pass = |((p, ap), (x, r)): ((&[f64], &[f64]), (&mut [f64], &mut [f64]))| {
+    let parts = read
+        .zip(written)
+        .map(|((p, ap), (x, r))| Part { p, ap, x, r });
+    let pass = |Part { p, ap, x, r }: Part<'_>| {
         if scale == 1.0 {
             axpy(alpha, p, x);
         } else {
@@ -61,11 +63,19 @@ pub(crate) fn step(
         dot_chunk(r, r)
     };
     if parallel {
-        let partial: Vec<f64> = map(chunks.collect(), pass);
+        let partial: Vec<f64> = map(parts.collect(), pass);
         partial.iter().sum()
     } else {
-        chunks.map(pass).sum()
+        parts.map(pass).sum()
     }
+}
+
+/// What a step reads and writes of one chunk.
+struct Part<'a> {
+    p: &'a [f64],
+    ap: &'a [f64],
+    x: &'a mut [f64],
+    r: &'a mut [f64],
 }
 
 /// `p ← z + beta · p`.

@@ -34,7 +34,7 @@ impl Damper {
 
     /// What is added to the diagonal of the Gauss-Newton matrix.
     pub fn vector(&mut self, model: &Model<'_>) -> Option<Vec<f64>> {
-        let diagonal = model.diagonal();
+        let diagonal = &model.diagonal;
         let largest = diagonal.iter().fold(0.0_f64, |a, &b| a.max(b));
         let (initial, marquardt) = match self.kind {
             Damping::None => return None,
@@ -84,8 +84,7 @@ mod tests {
 
     /// Two columns, of which the second is zero.
     fn model(j: &[f64; 4]) -> Model<'_> {
-        let (m, n, r, prior) = (2, 2, &[1.0, 1.0], None);
-        Model { m, n, r, j, prior }
+        Model::new(2, &[1.0, 1.0], j, None)
     }
 
     #[test]

@@ -2,18 +2,30 @@
 
 use super::{Bounds, StepMethod};
 use crate::dense_qr::PivotedQr;
+use crate::tall_qr::triangle;
 use crate::vector::dot;
+use std::borrow::Cow;
 
 /// The linear model at `θ`: minimize `½‖r + J d‖² + ½ Σ w_k (θ_k + d_k − p_k)² + ½ Σ damping_k d_k²`.
 pub(super) struct Model<'a> {
-    pub m: usize,
+    m: usize,
     pub n: usize,
+    /// How many residuals there are; more than `m` where a [`triangle`] is left of them.
+    pub residuals: usize,
     /// Weighted residuals and weighted Jacobian, column-major.
-    pub r: &'a [f64],
-    pub j: &'a [f64],
+    r: Cow<'a, [f64]>,
+    j: Cow<'a, [f64]>,
     /// `w_k` and `θ_k − p_k`.
-    pub prior: Option<(&'a [f64], &'a [f64])>,
+    prior: Option<(&'a [f64], &'a [f64])>,
+    /// `∂cost/∂θ`.
+    pub gradient: Vec<f64>,
+    /// The diagonal of the Gauss-Newton matrix.
+    pub diagonal: Vec<f64>,
 }
+
+/// How many times as many rows as columns are worth a triangle: each round of a step, and each damping that
+/// is tried, takes a factorization of its own.
+const TALL: usize = 4;
 
 /// The Jacobian of the free parameters lost rank.
 #[derive(Clone, Copy, Debug)]
@@ -23,23 +35,58 @@ pub(super) struct RankLoss {
     pub parameter: usize,
 }
 
-impl Model<'_> {
-    pub fn column(&self, k: usize) -> &[f64] {
+impl<'a> Model<'a> {
+    /// Of `n` parameters.
+    pub fn new(
+        n: usize,
+        r: &'a [f64],
+        j: &'a [f64],
+        prior: Option<(&'a [f64], &'a [f64])>,
+    ) -> Self {
+        let m = r.len();
+        let column = |k: usize| &j[k * m..(k + 1) * m];
+        let expected = |k: usize| prior.map_or(0.0, |(w, e)| w[k] * e[k]);
+        let weight = |k: usize| prior.map_or(0.0, |(w, _)| w[k]);
+        Self {
+            m,
+            n,
+            residuals: m,
+            r: r.into(),
+            j: j.into(),
+            prior,
+            gradient: (0..n).map(|k| dot(column(k), r) + expected(k)).collect(),
+            diagonal: (0..n)
+                .map(|k| dot(column(k), column(k)) + weight(k))
+                .collect(),
+        }
+    }
+
+    /// The same with the triangle of those columns that may move, if that is worth it; the others, which
+    /// no step asks for, are 0.
+    pub fn reduced(mut self, method: StepMethod, theta: &[f64], bounds: Option<&Bounds>) -> Self {
+        let free = self.free(theta, bounds);
+        let rows = free.len() + 1;
+        if method != StepMethod::Qr || self.m <= TALL * rows {
+            return self;
+        }
+        let columns: Vec<&[f64]> = free.iter().map(|&k| self.column(k)).collect();
+        let (upper, right) = triangle(&columns, &self.r);
+        let mut j = vec![0.0; rows * self.n];
+        for (&k, column) in free.iter().zip(upper.chunks(rows)) {
+            j[k * rows..(k + 1) * rows].copy_from_slice(column);
+        }
+        (self.m, self.r, self.j) = (rows, right.into(), j.into());
+        self
+    }
+
+    /// The parameters that do not sit on a bound and are pushed outwards by the gradient.
+    fn free(&self, theta: &[f64], bounds: Option<&Bounds>) -> Vec<usize> {
+        let is_free = |&k: &usize| !blocked(theta[k], self.gradient[k], k, bounds);
+        (0..self.n).filter(is_free).collect()
+    }
+
+    fn column(&self, k: usize) -> &[f64] {
         &self.j[k * self.m..(k + 1) * self.m]
-    }
-
-    /// `∂cost/∂θ`.
-    pub fn gradient(&self) -> Vec<f64> {
-        (0..self.n)
-            .map(|k| dot(self.column(k), self.r) + self.prior.map_or(0.0, |(w, e)| w[k] * e[k]))
-            .collect()
-    }
-
-    /// Diagonal of the Gauss-Newton matrix.
-    pub fn diagonal(&self) -> Vec<f64> {
-        (0..self.n)
-            .map(|k| dot(self.column(k), self.column(k)) + self.prior.map_or(0.0, |(w, _)| w[k]))
-            .collect()
     }
 
     /// Decrease of the undamped model along `d`.
@@ -52,7 +99,7 @@ impl Model<'_> {
                 crate::vector::axpy(dk, self.column(k), &mut change);
             }
         }
-        slope += dot(&change, self.r);
+        slope += dot(&change, &self.r);
         let mut curvature = dot(&change, &change);
         if let Some((w, e)) = self.prior {
             for k in 0..self.n {
@@ -73,11 +120,8 @@ impl Model<'_> {
         bounds: Option<&Bounds>,
         damping: Option<&[f64]>,
     ) -> Result<Vec<f64>, RankLoss> {
-        let gradient = self.gradient();
         let mut d = vec![0.0; self.n];
-        let mut free: Vec<usize> = (0..self.n)
-            .filter(|&k| !blocked(theta[k], gradient[k], k, bounds))
-            .collect();
+        let mut free = self.free(theta, bounds);
         while !free.is_empty() {
             let part = match method {
                 StepMethod::Qr => self.by_qr(&free, &d, damping),
@@ -141,7 +185,7 @@ impl Model<'_> {
             }
         }
         let qr = PivotedQr::new(a, rows, free.len());
-        let rank = qr.rank();
+        let rank = qr.rank_of(self.residuals + rows - self.m);
         if rank < free.len() {
             return Err(RankLoss {
                 rank,
@@ -213,4 +257,68 @@ pub(super) fn blocked(theta: f64, gradient: f64, k: usize, bounds: Option<&Bound
     bounds.is_some_and(|b| {
         (theta <= b.lower[k] && gradient >= 0.0) || (theta >= b.upper[k] && gradient <= 0.0)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Bounds, Model, StepMethod};
+
+    const ROWS: usize = 300;
+    const COLUMNS: usize = 9;
+
+    /// Columns that have little to do with each other.
+    fn wave(k: usize) -> f64 {
+        ((k * k) as f64 * 0.37 + k as f64).sin()
+    }
+
+    /// Steps of a tall model, whole and as a triangle, to within rounding.
+    #[test]
+    fn a_triangle_takes_the_steps_of_all_rows() {
+        let j: Vec<f64> = (0..ROWS * COLUMNS).map(wave).collect();
+        let r: Vec<f64> = (0..ROWS).map(|k| wave(5 * k + 2)).collect();
+        let theta: Vec<f64> = (0..COLUMNS).map(|k| [0.0, 0.01, 1.0][k % 3]).collect();
+        let bounds = Bounds {
+            lower: vec![0.0; COLUMNS],
+            upper: vec![1.0; COLUMNS],
+        };
+        let (weights, offsets) = (vec![2.0; COLUMNS], vec![0.3; COLUMNS]);
+        let damping: Vec<f64> = (0..COLUMNS).map(|k| 0.5 * k as f64).collect();
+        let mut still = 0;
+        for prior in [None, Some((&weights[..], &offsets[..]))] {
+            for (bounds, damping) in [
+                (None, None),
+                (Some(&bounds), None),
+                (Some(&bounds), Some(&damping[..])),
+            ] {
+                let whole = || Model::new(COLUMNS, &r, &j, prior);
+                let triangle = whole().reduced(StepMethod::Qr, &theta, bounds);
+                assert!(triangle.m <= COLUMNS + 1 && triangle.residuals == ROWS);
+                let step = |model: &Model<'_>| {
+                    let step = model.step(StepMethod::Qr, &theta, bounds, damping);
+                    step.unwrap()
+                };
+                let (d, e) = (step(&whole()), step(&triangle));
+                assert!(d.iter().zip(&e).all(|(d, e)| (d - e).abs() < 1e-13));
+                let apart = whole().decrease(&d) - triangle.decrease(&d);
+                assert!(apart.abs() < 1e-12, "{apart:e}");
+                still += d.iter().filter(|d| **d == 0.0).count();
+            }
+        }
+        assert!(still > 5, "{still} parameters did not move");
+    }
+
+    #[test]
+    fn equal_columns_and_other_methods_are_told_as_before() {
+        let mut j: Vec<f64> = (0..ROWS * COLUMNS).map(wave).collect();
+        j.copy_within(0..ROWS, 4 * ROWS);
+        let r: Vec<f64> = (0..ROWS).map(wave).collect();
+        let model = || Model::new(COLUMNS, &r, &j, None);
+        let theta = [0.5; COLUMNS];
+        let loss = |model: &Model<'_>| model.step(StepMethod::Qr, &theta, None, None).unwrap_err();
+        let triangle = model().reduced(StepMethod::Qr, &theta, None);
+        let (whole, left) = (loss(&model()), loss(&triangle));
+        assert_eq!((whole.rank, whole.free), (left.rank, left.free));
+        let normal = model().reduced(StepMethod::NormalEquations, &theta, None);
+        assert_eq!(normal.m, ROWS);
+    }
 }

@@ -122,6 +122,7 @@ fn run<P: LeastSquares + ?Sized>(
         if fit.free_gradient(&model) <= params.gradient_tolerance {
             return Ok(GaussNewtonStop::Gradient);
         }
+        let model = model.reduced(params.method, fit.theta, params.bounds.as_ref());
         let before = (fit.info.cost, fit.info.residual);
         // What the undamped model promises here is asked for only where a step seems to be the last.
         let here = fit.theta.to_vec();
@@ -243,18 +244,17 @@ impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
         'a: 'm,
     {
         let prior = self.params.prior.as_ref().zip(offsets);
-        Model {
-            m: r.len(),
-            n: self.theta.len(),
+        Model::new(
+            self.theta.len(),
             r,
             j,
-            prior: prior.map(|(p, e)| (p.weights.as_slice(), e)),
-        }
+            prior.map(|(p, e)| (p.weights.as_slice(), e)),
+        )
     }
 
     /// The largest entry of the gradient, of parameters free to move.
     fn free_gradient(&self, model: &Model<'_>) -> f64 {
-        let (gradient, bounds) = (model.gradient(), self.params.bounds.as_ref());
+        let (gradient, bounds) = (&model.gradient, self.params.bounds.as_ref());
         (0..model.n)
             .filter(|&k| !blocked(self.theta[k], gradient[k], k, bounds))
             .fold(0.0_f64, |largest, k| largest.max(gradient[k].abs()))

@@ -29,7 +29,7 @@ impl Remaining {
         params: &GaussNewtonParams,
         (cost, residual): (f64, f64),
     ) -> Option<Self> {
-        let diagonal = model.diagonal();
+        let diagonal = &model.diagonal;
         let largest = diagonal.iter().fold(0.0_f64, |a, &b| a.max(b));
         let floor = if largest > 0.0 { largest } else { 1.0 };
         let damping: Vec<f64> = diagonal
@@ -45,7 +45,7 @@ impl Remaining {
             length: norm_inf(&d),
             cost,
             residual,
-            groups: (model.m / params.group_size.max(1)) as f64,
+            groups: (model.residuals / params.group_size.max(1)) as f64,
         })
     }
 

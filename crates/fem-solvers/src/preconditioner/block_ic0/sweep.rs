@@ -78,7 +78,7 @@ impl<const D: usize> Sweep<'_, D> {
 
 /// A vector of four numbers for each row, if it is one.
 fn quads<const W: usize>(z: &mut [[f32; W]]) -> Option<&mut [[f32; 4]]> {
-    (W == 4).then(|| z.as_flattened_mut().as_chunks_mut().0)
+    (W == 4).then_some(z.as_flattened_mut().as_chunks_mut().0)
 }
 
 #[inline(always)]
