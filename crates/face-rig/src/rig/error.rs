@@ -2,7 +2,7 @@
 
 use super::equilibrium::Equilibrium;
 use fem_assembly::{AssemblyError, FreePart, RenewingError};
-use fem_solvers::{ContinuationError, NewtonError, NewtonFailure, PcgError};
+use fem_solvers::{ContinuationError, NewtonError, NewtonFailure, PcgError, PreconditionerError};
 
 /// A pose without an equilibrium, or without a derivative there.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -98,6 +98,13 @@ pub enum RigError {
     /// dx/dθ does not exist.
     #[error("the equilibrium is not stable, dx/dθ does not exist here: {0}")]
     Unstable(#[from] NewtonFailure),
+    /// No multigrid hierarchy could be made of the stiffness, and no factor was allowed to decide why: the
+    /// pose is at a fold or beyond it, or a level is singular to its precision.
+    #[error(
+        "no multigrid hierarchy can be made of the stiffness here; factor with `MultigridUse::Never`, \
+         which also tells whether dx/dθ exists: {0}"
+    )]
+    Hierarchy(PreconditionerError),
     /// Conjugate gradients did not bring dx/dθ to [`RigParams::derivative_tolerance`].
     ///
     /// [`RigParams::derivative_tolerance`]: super::RigParams::derivative_tolerance

@@ -7,8 +7,8 @@ use crate::stopwatch::Stopwatch;
 use fem_assembly::Quasistatic;
 use fem_solvers::{
     BlockPattern, BlockSymmetric, CholeskyFactor, HessianProjection, MatrixPreconditioner,
-    Multigrid, MultigridParams, NewtonFailure, NonlinearProblem, PcgError, PreconditionerError,
-    SolveManyInfo, SolveManyParams,
+    Multigrid, MultigridParams, NonlinearProblem, PcgError, PreconditionerError, SolveManyInfo,
+    SolveManyParams,
 };
 use std::sync::Arc;
 
@@ -94,9 +94,9 @@ impl Rig {
     ///
     /// # Errors
     /// [`RigError::Unstable`] where the stiffness is not positive definite. A factor always finds that out,
-    /// here. Where a level of a hierarchy shows it, and what else keeps one from being made, a factor decides,
-    /// but for [`MultigridUse::Always`]; the conjugate gradients find it later where the Krylov space
-    /// of a right-hand side does; what none of them sees passes.
+    /// here. Where a level of a hierarchy shows it, and what else keeps one from being made, a factor decides;
+    /// with [`MultigridUse::Always`], which allows none, it is [`RigError::Hierarchy`]. The conjugate gradients
+    /// find it later where the Krylov space of a right-hand side does; what none of them sees passes.
     pub fn sensitivity_for(
         &mut self,
         right_hand_sides: usize,
@@ -177,7 +177,7 @@ impl Rig {
             match Stiffness::multilevel(&problem, &x, assembly.pattern()) {
                 Ok(made) => return Ok(made),
                 Err(error) if params.multigrid == MultigridUse::Always => {
-                    return Err(NewtonFailure::from(error).into());
+                    return Err(RigError::Hierarchy(error));
                 }
                 // A factor tells an unstable pose from what only the hierarchy cannot do.
                 Err(_) => {}

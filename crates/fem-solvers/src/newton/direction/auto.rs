@@ -46,8 +46,8 @@ impl<const D: usize> DescentDirection<D> for Auto<D> {
         if self.prefer_direct {
             return self.single.direction(system, dx);
         }
-        // One iteration moves the matrix and its incomplete factor, the latter twice.
-        let bytes = 3.0 * (8 * D * D * matrix.pattern().stored()) as f64;
+        // One iteration moves the matrix once and its incomplete factor, in f32, twice.
+        let bytes = 2.0 * (8 * D * D * matrix.pattern().stored()) as f64;
         let budget = (flops / (FLOPS_PER_BYTE * bytes)).ceil() as usize;
         self.iterative.set_budget(budget);
         let found = self.iterative.direction(system, dx)?;
