@@ -278,7 +278,7 @@ mod tests {
     use fem_kinematics::Mat;
     use fem_materials::Material;
     use fem_materials::presets::{PHYSBAM_FACE, SOFT_TISSUE};
-    use fem_materials::registry::{Entry, SolidVisitor, for_each_solid};
+    use fem_materials::registry::{Entry, Parameter, SolidVisitor, for_each_solid};
 
     /// The built-in face of one material that touches nothing.
     fn of_one(material: NamedMaterial) -> Scene {
@@ -384,35 +384,39 @@ mod tests {
         seen: usize,
     }
 
+    const TURNED: Mat<f64, 3> = Mat([[1.05, 0.1, 0.0], [-0.05, 0.96, 0.02], [0.0, 0.04, 1.02]]);
+
+    impl Compared {
+        /// Not generic: it is compiled once and not for each model.
+        fn holds(&mut self, name: &str, parameters: &[Parameter], density: f64) {
+            let mesh = &self.scene.mesh;
+            let volume: f64 = (0..mesh.num_elements()).map(|t| mesh.volume(t)).sum();
+            let expected = density * volume;
+            let values: serde_json::Map<_, _> = parameters
+                .iter()
+                .map(|p| (p.name.to_owned(), p.default.into()))
+                .collect();
+            let text = serde_json::json!({ name: values }).to_string();
+            let spec: crate::SceneMaterial = serde_json::from_str(&text).expect(name);
+            self.scene.regions[0].material = spec.resolve().expect(name);
+            let assembly = self.scene.assembly().expect(name);
+            let turned: Vec<_> = assembly.rest().iter().map(|&x| TURNED.mul_vec(x)).collect();
+            let quiet = vec![0.0; assembly.controls()];
+            let energy = assembly.energy(assembly.configuration(&turned, &quiet).expect(name));
+            let error = (energy - expected).abs();
+            assert!(
+                error <= 1e-10 * expected.abs(),
+                "{name}: {energy} for {expected}"
+            );
+        }
+    }
+
     impl SolidVisitor for Compared {
         fn visit<M: Material<3> + 'static>(&mut self, entry: &Entry<M>) {
             let model = entry.build(&entry.defaults()).expect(entry.name);
-            let mesh = &self.scene.mesh;
-            let volume: f64 = (0..mesh.num_elements()).map(|t| mesh.volume(t)).sum();
-            let gradient = Mat([[1.05, 0.1, 0.0], [-0.05, 0.96, 0.02], [0.0, 0.04, 1.02]]);
-            let expected = model.energy(&gradient) * volume;
+            let density = model.energy(&TURNED);
             for name in entry.aliases.iter().chain([&entry.name]) {
-                let values: serde_json::Map<_, _> = entry
-                    .parameters
-                    .iter()
-                    .map(|p| (p.name.to_owned(), p.default.into()))
-                    .collect();
-                let text = serde_json::json!({ *name: values }).to_string();
-                let spec: crate::SceneMaterial = serde_json::from_str(&text).expect(name);
-                self.scene.regions[0].material = spec.resolve().expect(name);
-                let assembly = self.scene.assembly().expect(name);
-                let turned: Vec<_> = assembly
-                    .rest()
-                    .iter()
-                    .map(|&x| gradient.mul_vec(x))
-                    .collect();
-                let quiet = vec![0.0; assembly.controls()];
-                let energy = assembly.energy(assembly.configuration(&turned, &quiet).expect(name));
-                let error = (energy - expected).abs();
-                assert!(
-                    error <= 1e-10 * expected.abs(),
-                    "{name}: {energy} for {expected}"
-                );
+                self.holds(name, entry.parameters, density);
             }
             self.seen += 1;
         }

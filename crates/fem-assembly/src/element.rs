@@ -59,7 +59,7 @@ impl<const D: usize, S: ElementShape<D>> ElementBatch<D, S> {
     }
 
     /// A nodal field at every node but the first, less that at the first: the columns of D_s.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn edges(&self, field: &[[f64; D]]) -> S::Rows<[F64x8; D]> {
         let mut edges = S::rows([F64x8::default(); D]);
         let (rows, nodes) = (edges.as_mut(), self.nodes.as_ref());
@@ -96,7 +96,7 @@ fn load<const D: usize, S: ElementShape<D>, V: Pack>(
 impl<const D: usize, S: ElementShape<D>> QuadraturePoint<D, S> {
     /// F = Σₐ xₐ ∇Nₐᵀ of positions; dF of displacements. For a linear simplex it is D_s D_m⁻¹
     /// (document 000, 4.1).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn deformation_gradient<V: Pack>(
         &self,
         edges: &S::Rows<[F64x8; D]>,
@@ -107,14 +107,14 @@ impl<const D: usize, S: ElementShape<D>> QuadraturePoint<D, S> {
     }
 
     /// ∇N of the nodes but the first, in registers.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn gradients<V: Pack>(&self, first: usize) -> S::Rows<[V; D]> {
         load::<D, S, V>(&self.gradients, first)
     }
 
     /// Adds ∂E/∂x at each node, w P ∇Nₐ: minus the finite-volume force g = P B_m of document 000,
     /// 4.4.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn add_nodal_gradient<V: Pack>(
         &self,
         P: &Mat<V, D>,

@@ -121,7 +121,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
     }
 
     /// The local parameters in a batch, from a lane on.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn local<V: Pack>(&self, batch: usize, first: usize, controls: &[f64]) -> M::Local<V> {
         let mut numbers = [V::zero(); MAX_LOCAL_NUMBERS];
         for n in 0..Self::NUMBERS {
@@ -237,7 +237,7 @@ fn add_energy<V: Pack>(density: V, first: usize, weight: &F64x8, energy: &mut [f
 }
 
 /// Puts vectors at the nodes into their lanes.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn store<V: Pack, S: ElementShape<D>, const D: usize>(
     nodal: &S::Nodes<[V; D]>,
     first: usize,
@@ -294,7 +294,7 @@ where
 }
 
 /// Puts the blocks of an element's stiffness into their lanes.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn store_pairs<V: Pack, S: ElementShape<D>, const D: usize>(
     stiffness: &S::Pairs<Mat<V, D>>,
     first: usize,

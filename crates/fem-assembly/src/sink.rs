@@ -93,7 +93,7 @@ impl<const D: usize> GradientSink<'_, D> {
     }
 
     /// Adds the vectors of a batch of eight stencils; lanes past the last stencil have no rows.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn add_lanes(&mut self, stencil: usize, vectors: &[[F64x8; D]]) {
         let vertices = vectors.len();
         let start = (stencil - self.first) * vertices;
@@ -215,7 +215,7 @@ pub(crate) enum Target<'a, const D: usize> {
 
 impl<const D: usize> HessianSink<'_, D> {
     /// Adds the blocks of a batch of eight elements, of which the first `used` exist, pair by pair.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn add_lanes(
         &mut self,
         stencil: usize,

@@ -5,7 +5,7 @@ use crate::sink::pair;
 use fem_kinematics::{Mat, Real, Tensor4};
 
 /// Adds K_ab = w Σⱼₗ (∇Nₐ)ⱼ (∇N_b)ₗ T(j, l) for every pair a ≥ b; node 0 follows from Σₐ Nₐ = 1.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn element_stiffness<T: Real, S: ElementShape<D>, const D: usize>(
     derivative: &Tensor4<T, D>,
     gradients: &S::Rows<[T; D]>,

@@ -31,7 +31,7 @@ fn minus<T: Real, const D: usize>(u: [T; D], s: T, v: [T; D]) -> [T; D] {
 /// A power of two s such that the entries of s F can be squared twice with no overflow, and 1/s.
 ///
 /// Reaches the whole range of the number type.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn safe_scale<T: Real, const D: usize>(F: &Mat<T, D>) -> (T, T) {
     safe_scale_of(F.0.iter().flatten().copied())
 }
@@ -73,7 +73,7 @@ fn pick<T: Real>(large: T::Mask, small: T::Mask, if_large: f64, if_small: f64) -
 }
 
 /// A unit vector at right angles to the unit vector u.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn perpendicular<T: Real, const D: usize>(u: [T; D]) -> [T; D] {
     // Of e₁ and e₂ take the one that is farther from u.
     let first = u[0].abs().lt(u[1].abs());
@@ -96,7 +96,7 @@ pub(crate) struct QrFactors<T: Real, const D: usize> {
 ///
 /// Where a column is zero, or depends on those before it, any direction that completes the frame
 /// is taken, so Q is a rotation for every finite B.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn orthogonalize<T: Real, const D: usize>(B: &Mat<T, D>) -> QrFactors<T, D> {
     let tiny = T::from_f64(if T::EPSILON < 1e-10 { 1e-280 } else { 1e-35 });
     let zero = T::zero();
@@ -153,7 +153,7 @@ pub(crate) fn orthogonalize<T: Real, const D: usize>(B: &Mat<T, D>) -> QrFactors
 
 /// Q (3 I − QᵀQ)/2, one step of Newton and Schulz: a matrix that is orthogonal but for a few ε
 /// becomes so to the last digit.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn polish<T: Real, const D: usize>(Q: &Mat<T, D>) -> Mat<T, D> {
     let defect = (Mat::identity() - Q.tr_mul(Q)).scale(T::from_f64(0.5));
     *Q + *Q * defect

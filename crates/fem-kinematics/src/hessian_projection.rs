@@ -35,7 +35,7 @@ impl HessianProjection {
     }
 
     /// The projection on a symmetric 2×2 matrix [[α, β], [β, α]]: returns the new (α, β).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn twin<T: Real>(self, alpha: T, beta: T) -> (T, T) {
         let half = T::from_f64(0.5);
         let symmetric = self.eigenvalue(alpha + beta);
@@ -47,7 +47,7 @@ impl HessianProjection {
     }
 
     /// The projection on a symmetric N×N matrix, by its eigenvalues.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn matrix<T: Real, const D: usize>(self, A: &Mat<T, D>) -> Mat<T, D> {
         if self == Self::None {
             return *A;

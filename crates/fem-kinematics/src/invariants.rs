@@ -4,19 +4,19 @@ use crate::mat::Mat;
 use crate::scalar::Real;
 
 /// The right Cauchy-Green tensor C = FᵀF.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn right_cauchy_green<T: Real, const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
     F.tr_mul(F)
 }
 
 /// The left Cauchy-Green tensor b = FFᵀ.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn left_cauchy_green<T: Real, const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
     F.mul_tr(F)
 }
 
 /// J − 1 = det F − 1, to full relative accuracy near rest, where det F − 1 cancels.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn determinant_minus_one<T: Real, const D: usize>(F: &Mat<T, D>) -> T {
     let G = *F - Mat::identity();
     // Far from rest the expansion in F − I is the one that cancels.
@@ -28,7 +28,7 @@ pub fn determinant_minus_one<T: Real, const D: usize>(F: &Mat<T, D>) -> T {
 }
 
 /// ln J, to full relative accuracy near rest; NaN where J < 0, −∞ where J = 0.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn log_determinant<T: Real, const D: usize>(F: &Mat<T, D>) -> T {
     let j = determinant_minus_one(F);
     let near = j.abs().lt(T::from_f64(0.5));
@@ -53,7 +53,7 @@ pub struct Invariants<T> {
 
 impl<T: Real> Invariants<T> {
     /// The invariants of C = FᵀF.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new<const D: usize>(F: &Mat<T, D>) -> Self {
         let C = right_cauchy_green(F);
         // |cof F|² is a sum of squares: (I² − II)/2 would cancel for flat elements.
@@ -71,28 +71,28 @@ impl<T: Real> Invariants<T> {
         }
     }
     /// ∂I/∂F = 2 F.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn first_gradient<const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
         F.scale(T::from_f64(2.0))
     }
     /// ∂II/∂F = 4 F C.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn second_gradient<const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
         (*F * right_cauchy_green(F)).scale(T::from_f64(4.0))
     }
     /// Gradient of (I² − II)/2: 2 (I F − F C).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn second_principal_gradient<const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
         (F.scale(F.norm_squared()) - *F * right_cauchy_green(F)).scale(T::from_f64(2.0))
     }
     /// ∂III/∂F = 2 J cof F.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn third_gradient<const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
         F.cofactor().scale(F.determinant() * T::from_f64(2.0))
     }
     /// I − D, II − D and III − 1, with no cancellation near rest; (I² − II)/2 less its value at
     /// rest, D (D − 1)/2.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn minus_rest<const D: usize>(F: &Mat<T, D>) -> Self {
         // C = I + A, and tr A² in (I² − II)/2 is what the G-form of Green's strain gives.
         let A = crate::strain::green_strain(F).scale(T::from_f64(2.0));
@@ -126,7 +126,7 @@ pub struct IsochoricInvariants<T, const D: usize> {
 
 impl<T: Real, const D: usize> IsochoricInvariants<T, D> {
     /// The isochoric invariants and their gradients; not finite for J ≤ 0.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(F: &Mat<T, D>) -> Self {
         let J = F.determinant();
         let scale = J.powf(-2.0 / D as f64);

@@ -12,7 +12,7 @@ pub(crate) fn negligible_square<T: Real>() -> T {
 
 /// Makes A_pq zero: A ← JᵀAJ, V ← VJ. Of A only the upper triangle is read and written. An entry
 /// of at most half the threshold stays, and nothing turns; the mask says where something did.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn rotate<T: Real, const N: usize>(
     A: &mut [[T; N]; N],
     V: &mut [[T; N]; N],
@@ -58,7 +58,7 @@ fn identity<T: Real, const N: usize>() -> [[T; N]; N] {
     V
 }
 
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn cyclic_jacobi<T: Real, const N: usize>(
     mut A: [[T; N]; N],
     sweeps: usize,
@@ -80,7 +80,7 @@ pub(crate) fn cyclic_jacobi<T: Real, const N: usize>(
 /// matrix: a rotation between two equal eigenvalues has any angle, and stirs the entries that other
 /// rotations have just made zero; and a lane that has finished must stay as it is, so that its bits
 /// do not depend on its neighbors.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn converged_jacobi<T: Real, const N: usize>(mut A: [[T; N]; N]) -> ([T; N], [[T; N]; N]) {
     const MOST_SWEEPS: usize = 16;
     let mut largest = T::zero();
@@ -110,7 +110,7 @@ fn converged_jacobi<T: Real, const N: usize>(mut A: [[T; N]; N]) -> ([T; N], [[T
 ///
 /// The upper triangle is read. The entries should be near 1 in size (a matrix whose squares
 /// underflow is taken for diagonal): see [`symmetric_eigen`] for one that scales.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn jacobi_eigen<T: Real, const N: usize>(A: &[[T; N]; N]) -> ([T; N], [[T; N]; N]) {
     if N > 3 && T::DERIVATIVES == 0 {
         return converged_jacobi(*A);
@@ -136,7 +136,7 @@ pub struct SymmetricEigen<T, const D: usize> {
 
 /// A = V diag(values) Vᵀ of a symmetric matrix (upper triangle read), V a rotation, largest
 /// eigenvalue first; no branches, any scale, repeated values allowed.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn symmetric_eigen<T: Real, const D: usize>(A: &Mat<T, D>) -> SymmetricEigen<T, D> {
     let (s, inverse) = crate::frame::safe_scale(A);
     let (values, V) = jacobi_eigen(&A.scale(s).0);
@@ -148,7 +148,7 @@ pub fn symmetric_eigen<T: Real, const D: usize>(A: &Mat<T, D>) -> SymmetricEigen
 }
 
 /// Sorts the values, largest first, and the columns of V with them.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn descending<T: Real, const D: usize>(
     mut values: [T; D],
     mut V: [[T; D]; D],

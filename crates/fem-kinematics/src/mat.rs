@@ -110,12 +110,12 @@ impl<T: Real, const D: usize> Mat<T, D> {
         vector(|i| dot(self.column(i), v))
     }
     /// Mᵀ N.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn tr_mul(&self, other: &Self) -> Self {
         Self::from_fn(|i, j| dot(self.column(i), other.column(j)))
     }
     /// M Nᵀ.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn mul_tr(&self, other: &Self) -> Self {
         Self::from_fn(|i, j| dot(self.0[i], other.0[j]))
     }
@@ -143,12 +143,12 @@ impl<T: Real, const D: usize> Mat<T, D> {
         sum
     }
     /// (M + Mᵀ)/2.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn symmetric_part(&self) -> Self {
         Self::from_fn(|i, j| (self.0[i][j] + self.0[j][i]) * T::from_f64(0.5))
     }
     /// det M.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn determinant(&self) -> T {
         let m = &self.0;
         if D == 2 {
@@ -172,7 +172,7 @@ impl<T: Real, const D: usize> Mat<T, D> {
         }
     }
     /// The cofactor matrix, det(M) M⁻ᵀ = ∂det M/∂M; defined for every M.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn cofactor(&self) -> Self {
         let m = &self.0;
         if D == 2 {
@@ -261,7 +261,7 @@ impl<T: Real, const D: usize> Neg for Mat<T, D> {
 }
 impl<T: Real, const D: usize> Mul for Mat<T, D> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, o: Self) -> Self {
         Self::from_fn(|i, j| dot(self.0[i], o.column(j)))
     }

@@ -24,13 +24,13 @@ pub struct Polar<T, const D: usize> {
 ///
 /// R has derivatives (by dual numbers too) wherever σᵢ + σⱼ ≠ 0 for all i ≠ j, repeated values
 /// included.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn polar<T: Real, const D: usize>(F: &Mat<T, D>) -> Polar<T, D> {
     Polar::from_svd(F, &signed_svd(&F.constant()))
 }
 
 /// R (I − [h])⁻¹ (I + [h]), a rotation for every h.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn cayley<T: Real, const D: usize>(R: &Mat<T, D>, h: [T; 3]) -> Mat<T, D> {
     let two = T::from_f64(2.0);
     let factor = two / (T::one() + (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]));
@@ -40,7 +40,7 @@ fn cayley<T: Real, const D: usize>(R: &Mat<T, D>, h: [T; 3]) -> Mat<T, D> {
 
 /// The w with (tr(S) I − S) w = axis of (A − Aᵀ), S = V diag(σ) Vᵀ; zero about the axes where
 /// σᵢ + σⱼ vanishes.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn solve_rate<T: Real, const D: usize>(principal: &Svd<T, D>, A: &Mat<T, D>) -> [T; 3] {
     let zero = T::zero();
     if D == 2 {
@@ -76,7 +76,7 @@ fn rounding<T: Real, const D: usize>(principal: &Svd<T, D>) -> T {
 
 impl<T: Real, const D: usize> Polar<T, D> {
     /// [`polar`] of an F whose decomposition is at hand.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_svd(F: &Mat<T, D>, svd: &Svd<T, D>) -> Self {
         let principal = Svd {
             U: svd.U.constant(),
@@ -105,7 +105,7 @@ impl<T: Real, const D: usize> Polar<T, D> {
     /// The axis w of the skew matrix Rᵀ dR = W: (tr(S) I − S) w = axis of Rᵀ dF − dFᵀ R.
     ///
     /// About an axis where σᵢ + σⱼ = 0 the rate does not exist and is set to zero.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation_rate(&self, dF: &Mat<T, D>) -> [T; 3] {
         let A = self.R.tr_mul(dF);
         let mut w = solve_rate(&self.principal, &A);
@@ -118,7 +118,7 @@ impl<T: Real, const D: usize> Polar<T, D> {
         w
     }
     /// dR = R W in direction dF, W the skew matrix of the axis w.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation_differential(&self, dF: &Mat<T, D>) -> Checked<Mat<T, D>, T::Mask> {
         Checked {
             value: multiply_by_skew(&self.R, self.rotation_rate(dF)),
@@ -126,7 +126,7 @@ impl<T: Real, const D: usize> Polar<T, D> {
         }
     }
     /// dS = sym(Rᵀ dF − W S) in direction dF.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn stretch_differential(&self, dF: &Mat<T, D>) -> Checked<Mat<T, D>, T::Mask> {
         let turned = multiply_by_skew(&Mat::identity(), self.rotation_rate(dF)) * self.S;
         Checked {
@@ -135,7 +135,7 @@ impl<T: Real, const D: usize> Polar<T, D> {
         }
     }
     /// ∂R/∂F, the Hessian of tr S.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation_derivative(&self) -> Checked<Tensor4<T, D>, T::Mask> {
         Checked {
             value: Tensor4::from_linear_map(|dF| self.rotation_differential(dF).value),
@@ -143,7 +143,7 @@ impl<T: Real, const D: usize> Polar<T, D> {
         }
     }
     /// ∂S/∂F.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn stretch_derivative(&self) -> Checked<Tensor4<T, D>, T::Mask> {
         Checked {
             value: Tensor4::from_linear_map(|dF| self.stretch_differential(dF).value),

@@ -23,7 +23,7 @@ pub struct Qr<T: Real, const D: usize> {
 /// rotation where F e₁ vanishes, or (in 3D) F e₂ depends on it.
 // ERRATUM: document 001, section 3.1 flips signs in pairs, which cannot repair det Q = −1; here
 // Q is a rotation by construction and the last diagonal entry takes the sign.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn signed_qr<T: Real, const D: usize>(F: &Mat<T, D>) -> Qr<T, D> {
     let (scale, inverse) = safe_scale(F);
     let frame = orthogonalize(&F.scale(scale));
@@ -38,7 +38,7 @@ pub fn signed_qr<T: Real, const D: usize>(F: &Mat<T, D>) -> Qr<T, D> {
 /// Ω = [[0, −ω₃], [ω₃, 0]].
 ///
 /// The function `Q_mult_Omega` of document 001, section 3.4.3.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn multiply_by_skew<T: Real, const D: usize>(Q: &Mat<T, D>, omega: [T; 3]) -> Mat<T, D> {
     let [w1, w2, w3] = omega;
     Mat::from_fn(|i, j| {
@@ -57,7 +57,7 @@ impl<T: Real, const D: usize> Qr<T, D> {
     /// ω of the skew matrix Qᵀ dQ, from A = Qᵀ dF; zero where Q is not unique.
     ///
     /// ω₃ = A₂₁/r₁₁, ω₂ = −A₃₁/r₁₁, ω₁ = (A₃₂ + ω₂ r₁₂)/r₂₂ (document 001, section 3.4.2).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation_rate(&self, dF: &Mat<T, D>) -> [T; 3] {
         let A = self.Q.tr_mul(dF).0;
         let (zero, one) = (T::zero(), T::one());
@@ -72,7 +72,7 @@ impl<T: Real, const D: usize> Qr<T, D> {
         [w1, w2, w3]
     }
     /// dQ = Q Ω in direction dF; zero where it does not exist.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn q_differential(&self, dF: &Mat<T, D>) -> Checked<Mat<T, D>, T::Mask> {
         Checked {
             value: multiply_by_skew(&self.Q, self.rotation_rate(dF)),
@@ -81,7 +81,7 @@ impl<T: Real, const D: usize> Qr<T, D> {
     }
     /// dR = Qᵀ dF − Ω R in direction dF, upper triangular; where Q is not unique, the upper
     /// triangle of Qᵀ dF.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn r_differential(&self, dF: &Mat<T, D>) -> Checked<Mat<T, D>, T::Mask> {
         let A = self.Q.tr_mul(dF);
         let turned = multiply_by_skew(&Mat::identity(), self.rotation_rate(dF)) * self.R;
@@ -97,7 +97,7 @@ impl<T: Real, const D: usize> Qr<T, D> {
         }
     }
     /// ∂Q/∂F.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn q_derivative(&self) -> Checked<Tensor4<T, D>, T::Mask> {
         Checked {
             value: Tensor4::from_linear_map(|dF| self.q_differential(dF).value),
@@ -105,7 +105,7 @@ impl<T: Real, const D: usize> Qr<T, D> {
         }
     }
     /// ∂R/∂F.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn r_derivative(&self) -> Checked<Tensor4<T, D>, T::Mask> {
         Checked {
             value: Tensor4::from_linear_map(|dF| self.r_differential(dF).value),

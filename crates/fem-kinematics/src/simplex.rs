@@ -175,7 +175,7 @@ pub fn deformation_gradient<T: Real, const D: usize>(
 /// assert_eq!(F, Mat([[1.0, 0.0], [0.0, 3.0]]));
 /// # Ok::<(), fem_kinematics::RestShapeError>(())
 /// ```
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn deformation_gradient_at<T: Real, const D: usize>(
     edges: &[[T; D]],
     gradients: &[[T; D]],

@@ -21,17 +21,17 @@ pub struct Svd<T, const D: usize> {
 
 impl<T: Real, const D: usize> Svd<T, D> {
     /// U diag(d) Vᵀ: with `self.sigma` this is F itself.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn compose(&self, d: [T; D]) -> Mat<T, D> {
         Mat::from_fn(|i, j| self.U.0[i][j] * d[j]).mul_tr(&self.V)
     }
     /// U X Vᵀ, from principal axes to the world.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_world(&self, X: &Mat<T, D>) -> Mat<T, D> {
         (self.U * *X).mul_tr(&self.V)
     }
     /// Uᵀ X V, from the world to principal axes.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_principal(&self, X: &Mat<T, D>) -> Mat<T, D> {
         self.U.tr_mul(X) * self.V
     }
@@ -50,7 +50,7 @@ impl<T: Real, const D: usize> Svd<T, D> {
 /// let svd = signed_svd(&Mat([[0.0, -2.0], [-3.0, 0.0_f64]]));
 /// assert_eq!(svd.sigma, [3.0, -2.0]);
 /// ```
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn signed_svd<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
     let (scale, inverse) = safe_scale(F);
     let A = F.scale(scale);
@@ -71,7 +71,7 @@ pub fn signed_svd<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
 
 /// Puts values in order that rounding left equal but for an ulp. It exchanges and does not
 /// clamp: the derivative of a symmetric function of them stays right.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn sort_magnitudes<T: Real, const D: usize>(sigma: &mut [T; D]) {
     exchange_magnitudes(sigma, 0);
     if D == 3 {
@@ -92,7 +92,7 @@ fn exchange_magnitudes<T: Real, const D: usize>(sigma: &mut [T; D], i: usize) {
 }
 
 /// 2×2: F = p·rotation(α) + q·reflection(β), and U, V turn by (β ± α)/2.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn svd2<T: Real>(a: T, b: T, c: T, d: T) -> (Mat<T, 2>, [T; 2], Mat<T, 2>) {
     let (zero, one) = (T::zero(), T::one());
     let (e, h, f, g) = (a + d, c - b, a - d, b + c);
@@ -116,7 +116,7 @@ fn svd2<T: Real>(a: T, b: T, c: T, d: T) -> (Mat<T, 2>, [T; 2], Mat<T, 2>) {
 
 /// V from the eigenvectors of FᵀF, then U R = F V, whose trailing 2×2 block is diagonalized once
 /// more: FᵀF has squared away what it knew of the small singular values.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn svd3<T: Real, const D: usize>(A: &Mat<T, D>) -> Svd<T, D> {
     let (values, V) = cyclic_jacobi(A.tr_mul(A).0, 4 + T::DERIVATIVES);
     let (_, V) = descending(values, V);

@@ -54,7 +54,7 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
         &mut self.0[j][l].0[i][k]
     }
     /// s T.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn scale(&self, s: T) -> Self {
         let mut scaled = Self::zeros();
         for j in 0..D {
@@ -65,7 +65,7 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
         scaled
     }
     /// The contraction T : dF = dP.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply(&self, dF: &Mat<T, D>) -> Mat<T, D> {
         let mut dP = Mat::zeros();
         for j in 0..D {
@@ -79,7 +79,7 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
         dP
     }
     /// Σⱼₗ uⱼ vₗ T(j, l): the stiffness block between two area normals.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn contract(&self, u: [T; D], v: [T; D]) -> Mat<T, D> {
         let mut sum = Mat::zeros();
         for j in 0..D {
@@ -93,7 +93,7 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
 
 impl<T: Real, const D: usize> core::ops::Add for Tensor4<T, D> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn add(self, o: Self) -> Self {
         let mut sum = self;
         for j in 0..D {
@@ -105,7 +105,7 @@ impl<T: Real, const D: usize> core::ops::Add for Tensor4<T, D> {
     }
 }
 impl<T: Real, const D: usize> core::ops::AddAssign for Tensor4<T, D> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }

@@ -6,7 +6,7 @@ use crate::scalar::Real;
 use crate::tensor4::Tensor4;
 
 /// V diag(f(λ)) Vᵀ, and the λ.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn projected<T: Real, const N: usize>(
     flat: [[T; N]; N],
     mut projection: impl FnMut(T) -> T,
@@ -52,12 +52,12 @@ impl<T: Real, const D: usize> Tensor4<T, D> {
         }
     }
     /// The tensor Tᵢⱼₖₗ with (ij) and (kl) exchanged.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn transpose(&self) -> Self {
         Self::from_fn(|i, j, k, l| self.get(k, l, i, j))
     }
     /// Half the sum with the transpose.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn symmetric_part(&self) -> Self {
         (*self + self.transpose()).scale(T::from_f64(0.5))
     }

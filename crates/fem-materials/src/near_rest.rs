@@ -22,7 +22,7 @@ pub(crate) struct RestMeasures<T: Real, const D: usize> {
 }
 
 impl<T: Real, const D: usize> RestMeasures<T, D> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn new(F: &Mat<T, D>) -> Self {
         let E = green_strain(F);
         let J = F.determinant();
@@ -41,7 +41,7 @@ impl<T: Real, const D: usize> RestMeasures<T, D> {
     }
 
     /// ln J; NaN for J < 0.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn log_J(&self) -> T {
         let small = T::select(self.near, self.squared_minus_1, T::zero());
         let near = T::from_f64(0.5) * small.ln_1p();
@@ -53,7 +53,7 @@ impl<T: Real, const D: usize> RestMeasures<T, D> {
 }
 
 /// E = (FᵀF − I)/2 = (G + Gᵀ + GᵀG)/2 with G = F − I.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn green_strain<T: Real, const D: usize>(F: &Mat<T, D>) -> Mat<T, D> {
     let G = *F - Mat::identity();
     G.symmetric_part() + G.tr_mul(&G).scale(T::from_f64(0.5))
@@ -67,7 +67,7 @@ pub(crate) fn infinite_unless_positive<T: Real>(J: T, value: T) -> T {
 
 /// x^(−1/3), x > 0: by one exponential and one Newton step, which removes the error that the
 /// exponential inherits from a large logarithm.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(crate) fn inverse_cube_root<T: Real>(x: T) -> T {
     let r = (T::from_f64(-1.0 / 3.0) * x.ln()).exp();
     r + r * (T::one() - x * r * r * r) * T::from_f64(1.0 / 3.0)

@@ -22,7 +22,7 @@ impl<T: Real, const D: usize> Terms<T, D> {
         self
     }
     /// dP = s A (B : dF).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn outer(mut self, s: T, A: &Mat<T, D>, B: &Mat<T, D>) -> Self {
         let A = A.scale(s);
         for j in 0..D {
@@ -33,7 +33,7 @@ impl<T: Real, const D: usize> Terms<T, D> {
         self
     }
     /// dP = s A dFᵀ B.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn transposed(mut self, s: T, A: &Mat<T, D>, B: &Mat<T, D>) -> Self {
         let A = A.scale(s);
         for j in 0..D {
@@ -44,7 +44,7 @@ impl<T: Real, const D: usize> Terms<T, D> {
         self
     }
     /// dP = M dF.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn left(mut self, M: &Mat<T, D>) -> Self {
         for j in 0..D {
             self.0.0[j][j] += *M;
@@ -52,7 +52,7 @@ impl<T: Real, const D: usize> Terms<T, D> {
         self
     }
     /// dP = dF M.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn right(mut self, M: &Mat<T, D>) -> Self {
         for j in 0..D {
             for l in 0..D {
@@ -64,7 +64,7 @@ impl<T: Real, const D: usize> Terms<T, D> {
         self
     }
     /// dP = s d(cof F): the change of the cofactor matrix.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn cofactor(mut self, s: T, F: &Mat<T, D>) -> Self {
         if D == 2 {
             for (i, k, sign_ik) in [(0, 1, s), (1, 0, -s)] {

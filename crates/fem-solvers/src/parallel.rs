@@ -24,8 +24,7 @@ pub fn map<T: Send, R: Send, C: FromIterator<R>>(
 ) -> C {
     #[cfg(feature = "rayon")]
     if tasks.len() > 1 {
-        let results: Vec<R> = tasks.into_par_iter().map(run).collect();
-        return results.into_iter().collect();
+        return spread(tasks, &run);
     }
     tasks.into_iter().map(run).collect()
 }
@@ -37,8 +36,7 @@ pub fn indexed<R: Send, C: FromIterator<R>>(
 ) -> C {
     #[cfg(feature = "rayon")]
     if count > 1 {
-        let results: Vec<R> = (0..count).into_par_iter().map(run).collect();
-        return results.into_iter().collect();
+        return spread(0..count, &run);
     }
     (0..count).map(run).collect()
 }
@@ -54,4 +52,72 @@ pub fn threads() -> usize {
     return rayon::current_num_threads();
     #[cfg(not(feature = "rayon"))]
     1
+}
+
+/// A task and the place of its result.
+#[cfg(feature = "rayon")]
+struct Pending<'a, T, R, F> {
+    task: Option<T>,
+    result: Option<R>,
+    run: &'a F,
+}
+
+/// Something to be run once, whatever its types.
+#[cfg(feature = "rayon")]
+trait Run: Send {
+    fn run(&mut self);
+}
+
+#[cfg(feature = "rayon")]
+impl<T: Send, R: Send, F: Fn(T) -> R + Sync> Run for Pending<'_, T, R, F> {
+    fn run(&mut self) {
+        self.result = self.task.take().map(self.run);
+    }
+}
+
+#[cfg(feature = "rayon")]
+fn spread<T: Send, R: Send, C: FromIterator<R>>(
+    tasks: impl IntoIterator<Item = T>,
+    run: &(impl Fn(T) -> R + Sync),
+) -> C {
+    let pending = |task| Pending {
+        task: Some(task),
+        result: None,
+        run,
+    };
+    let mut pending: Vec<_> = tasks.into_iter().map(pending).collect();
+    let all = pending.iter_mut().map(|task| task as &mut dyn Run);
+    run_all(all.collect());
+    pending.into_iter().filter_map(|done| done.result).collect()
+}
+
+/// Not generic: what rayon makes of its types is compiled once, here, and not for every kind of task.
+#[cfg(feature = "rayon")]
+fn run_all(tasks: Vec<&mut dyn Run>) {
+    tasks.into_par_iter().for_each(|task| task.run());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_come_in_the_order_of_the_tasks() {
+        for count in [0, 1, 2, 7, 1000] {
+            let tasks: Vec<String> = (0..count).map(|k| k.to_string()).collect();
+            let same: Vec<String> = map(tasks.clone(), |task| task);
+            assert_eq!(same, tasks);
+            let indices: Vec<usize> = indexed(count, |k| k);
+            assert!(indices.into_iter().eq(0..count));
+        }
+    }
+
+    #[test]
+    fn the_first_error_is_that_of_the_first_task_that_fails() {
+        let odd = |k: usize| if k.is_multiple_of(2) { Ok(k) } else { Err(k) };
+        assert_eq!(indexed::<_, Result<Vec<_>, _>>(100, odd), Err(1));
+        let tasks: Vec<usize> = (0..100).step_by(2).collect();
+        let even: Result<Vec<usize>, usize> = map(tasks.clone(), odd);
+        assert_eq!(even, Ok(tasks));
+    }
 }

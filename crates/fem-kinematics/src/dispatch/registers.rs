@@ -167,23 +167,23 @@ macro_rules! pack {
             fn abs(self) -> Self {
                 self.and(<Self as Bits>::from_bits(!(1 << 63)))
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn ln(self) -> Self {
                 math::ln(self)
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn ln_1p(self) -> Self {
                 math::ln_1p(self)
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn exp(self) -> Self {
                 math::exp(self)
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn exp_m1(self) -> Self {
                 math::exp_m1(self)
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn powf(self, exponent: f64) -> Self {
                 math::powf(self, exponent)
             }

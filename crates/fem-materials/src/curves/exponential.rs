@@ -16,7 +16,7 @@ const SERIES: [f64; 18] = {
 };
 
 /// (eˣ − 1, eˣ − 1 − x, eˣ − 1 − x − x²/2) for x ≥ 0, each to relative rounding.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn exponential_remainders<T: Real>(x: T) -> [T; 3] {
     let square_half = T::from_f64(0.5) * x * x;
     let large = T::one().le(x);

@@ -139,7 +139,7 @@ impl Spline {
     }
 
     /// The curve at l.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn evaluate<T: Real>(&self, l: T) -> CurvePoint<T> {
         let f = T::from_f64;
         let zero = T::zero();

@@ -26,7 +26,7 @@ impl Threshold {
     }
 
     /// U max(F̂, threshold) Vᵀ of F = U F̂ Vᵀ; F itself, bit by bit, where nothing is below.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn lifted<T: Real, const D: usize>(self, F: &Mat<T, D>) -> Mat<T, D> {
         let svd = signed_svd(F);
         let least = T::from_f64(self.0);
@@ -66,7 +66,7 @@ impl<M> Thresholded<M> {
     }
 
     /// U max(F̂, threshold) Vᵀ.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn lifted<T: Real, const D: usize>(&self, F: &Mat<T, D>) -> Mat<T, D> {
         self.threshold.lifted(F)
     }

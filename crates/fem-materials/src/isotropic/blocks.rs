@@ -32,7 +32,7 @@ pub struct AlphaBetaGamma<T> {
 
 impl<T: Real> AlphaBetaGamma<T> {
     /// Aᵢⱼ = γᵢⱼ + δᵢⱼ (αᵢᵢ + βᵢᵢ), B from αᵢⱼ and βᵢⱼ.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn blocks(&self) -> DiagonalBlocks<T, 3> {
         let mut A = self.gamma;
         for i in 0..3 {
@@ -48,7 +48,7 @@ impl<T: Real> AlphaBetaGamma<T> {
 
 impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     /// Picks the blocks out of ∂P/∂F at a diagonal F̂.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_tensor(derivative: &Tensor4<T, D>) -> Self {
         let (mut alpha, mut beta) = ([T::zero(); 3], [T::zero(); 3]);
         for n in 0..pairs::<D>() {
@@ -65,7 +65,7 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
 
     /// Negative eigenvalues of every block treated as `projection` says; the eigenvalues of the
     /// blocks are those of the whole tensor.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn projected(&self, projection: HessianProjection) -> Self {
         let mut out = Self {
             A: projection.matrix(&self.A),
@@ -78,7 +78,7 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     }
 
     /// dP̂ for dF̂, both in the frame of the singular vectors.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn apply(&self, dF_hat: &Mat<T, D>) -> Mat<T, D> {
         let mut dP = Mat::zeros();
         for i in 0..D {
@@ -96,7 +96,7 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     }
 
     /// ∂P/∂F at F̂ itself.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_tensor(&self) -> Tensor4<T, D> {
         Tensor4::from_linear_map(|dF_hat| self.apply(dF_hat))
     }
@@ -104,7 +104,7 @@ impl<T: Real, const D: usize> DiagonalBlocks<T, D> {
     /// ∂P/∂F at F = U F̂ Vᵀ: dP = U {blocks : Uᵀ dF V} Vᵀ.
     // ERRATUM: documents 000 and 004 print the right-hand side as a tensor that is contracted
     // with dF once more.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotated(&self, svd: &Svd<T, D>) -> Tensor4<T, D> {
         let mut terms = Terms::new();
         for i in 0..D {
@@ -142,7 +142,7 @@ const fn pairs<const D: usize>() -> usize {
 
 /// The projected ∂P/∂F of any isotropic model, given its ∂P/∂F at a diagonal F̂: exact, by one
 /// SVD, one 3×3 and three 2×2 eigenvalue problems.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn projected<T: Real, const D: usize>(
     F: &Mat<T, D>,
     projection: HessianProjection,

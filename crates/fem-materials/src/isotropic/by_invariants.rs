@@ -60,7 +60,7 @@ fn invariant_slopes<T: Real>(sigma: [T; 3]) -> [[T; 3]; 3] {
     slopes
 }
 
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn sum<T: Real>(slopes: &[Mat<T, 3>; 3], [a, b, c]: [T; 3]) -> Mat<T, 3> {
     slopes[0].scale(a) + slopes[1].scale(b) + slopes[2].scale(c)
 }

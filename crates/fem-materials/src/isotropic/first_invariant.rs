@@ -59,7 +59,7 @@ pub(crate) struct Isochoric<T: Real> {
 }
 
 impl<T: Real> Isochoric<T> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn new(F: &Mat<T, 3>) -> Self {
         let f = T::from_f64;
         let rest = RestMeasures::new(F);
@@ -81,7 +81,7 @@ impl<T: Real> Isochoric<T> {
     }
 
     /// The change of the gradient for dF.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn gradient_differential(&self, F: &Mat<T, 3>, dF: &Mat<T, 3>) -> Mat<T, 3> {
         let f = T::from_f64;
         let dH = self.H * dF.tr_mul(&self.H);
@@ -91,7 +91,7 @@ impl<T: Real> Isochoric<T> {
     }
 
     /// Adds s ∂²i/∂F² to `terms`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn add_hessian(&self, terms: Terms<T, 3>, s: T, F: &Mat<T, 3>) -> Terms<T, 3> {
         let f = T::from_f64;
         let c = f(2.0) * s * self.shrink;

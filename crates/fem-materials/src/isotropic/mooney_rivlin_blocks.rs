@@ -16,7 +16,7 @@ struct Shared<T> {
 }
 
 impl<T: Real> Shared<T> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn new(sigma: [T; 3]) -> Self {
         let J = sigma[0] * sigma[1] * sigma[2];
         let C: [T; 3] = vector(|i| sigma[i] * sigma[i]);
@@ -36,7 +36,7 @@ impl<T: Real> Shared<T> {
 /// `coefficients` are A, B, K in Pa; `tension` is the document's T of section 4.3.3, which is
 /// F₂′(λ)/λ with the isochoric stretch λ.
 // ERRATUM: with C redefined as F̂², I₁ = tr C stands for tr F̂², not for J_cc tr F̂² as in 4.2.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn combined_stress<T: Real>(
     coefficients: [T; 3],
     sigma: [T; 3],
@@ -75,7 +75,7 @@ impl<T: Real> Eta<T> {
     /// η of A I₁ + B I₂ + K/2 (ln J)²; `coefficients` are A, B, K in Pa.
     // ERRATUM: eq. 34 and the first line of η₁₃ print 8B/9 for 8B/3; eqs. 32 and 38 print = for
     // −=. The second line of η₁₃ and η₃₁ is right, and η is symmetric.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(coefficients: [T; 3], sigma: [T; 3]) -> Self {
         let f = T::from_f64;
         let [A, B, K] = coefficients;
@@ -100,7 +100,7 @@ impl<T: Real> Eta<T> {
     }
 
     /// γ = F_base η F_baseᵀ.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn gamma(&self, sigma: [T; 3]) -> Mat<T, 3> {
         let [a, b, c] = sigma;
         let base = Mat([
@@ -116,7 +116,7 @@ impl<T: Real> Eta<T> {
 /// `coefficients` are A, B, K in Pa.
 // ERRATUM: the second line of α prints J_cc² for J_cc and σᵢ² twice; eqs. 30 and 39 print σᵢσᵢ
 // for σᵢσⱼ, eqs. 42-44 print = for −=.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn mooney_rivlin_alpha_beta_gamma<T: Real>(
     coefficients: [T; 3],
     sigma: [T; 3],

@@ -9,11 +9,68 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 
 mod sealed {
-    /// What the dense kernels ask of a scalar.
-    pub trait Sealed: faer::traits::RealField {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
+    use faer::{MatMut, MatRef};
+
+    /// What is done with a scalar in a front. Each method has a body for `f32` and one for `f64`, so
+    /// that faer's kernels are compiled with this crate and not with every crate that factors.
+    pub trait Sealed: faer::traits::RealField {
+        fn eliminate(
+            panel: &mut [Self],
+            height: usize,
+            columns: usize,
+            update: &mut [Self],
+        ) -> Result<(), usize>;
+        fn forward(
+            panel: &[Self],
+            height: usize,
+            columns: usize,
+            x: MatMut<'_, Self>,
+            z: MatMut<'_, Self>,
+        );
+        fn backward(
+            panel: &[Self],
+            height: usize,
+            columns: usize,
+            x: MatMut<'_, Self>,
+            z: MatRef<'_, Self>,
+        );
+    }
 }
+
+macro_rules! compiled_here {
+    ($scalar:ty) => {
+        impl sealed::Sealed for $scalar {
+            fn eliminate(
+                panel: &mut [Self],
+                height: usize,
+                columns: usize,
+                update: &mut [Self],
+            ) -> Result<(), usize> {
+                eliminate(panel, height, columns, update)
+            }
+            fn forward(
+                panel: &[Self],
+                height: usize,
+                columns: usize,
+                x: MatMut<'_, Self>,
+                z: MatMut<'_, Self>,
+            ) {
+                forward(panel, height, columns, x, z);
+            }
+            fn backward(
+                panel: &[Self],
+                height: usize,
+                columns: usize,
+                x: MatMut<'_, Self>,
+                z: MatRef<'_, Self>,
+            ) {
+                backward(panel, height, columns, x, z);
+            }
+        }
+    };
+}
+compiled_here!(f32);
+compiled_here!(f64);
 
 /// The precision of a factor: `f64`, or `f32` with half the memory and twice the speed.
 pub trait FactorScalar: Copy + Send + Sync + sealed::Sealed + 'static {
@@ -58,7 +115,7 @@ const NARROW: usize = 128;
 /// `update` (column-major, lower half, `height − columns` squared) loses `L₂₁ L₂₁ᵀ`.
 ///
 /// `Err` is the column whose pivot is not positive.
-pub(super) fn eliminate<T: FactorScalar>(
+fn eliminate<T: FactorScalar>(
     panel: &mut [T],
     height: usize,
     columns: usize,
@@ -165,7 +222,7 @@ fn subtract_square<T: FactorScalar>(c: MatMut<'_, T>, a: MatRef<'_, T>) {
 }
 
 /// `x ← L₁₁⁻¹ x`, then `z ← z − L₂₁ x`.
-pub(super) fn forward<T: FactorScalar>(
+fn forward<T: FactorScalar>(
     panel: &[T],
     height: usize,
     columns: usize,
@@ -181,7 +238,7 @@ pub(super) fn forward<T: FactorScalar>(
 }
 
 /// `x ← L₁₁⁻ᵀ (x − L₂₁ᵀ z)`.
-pub(super) fn backward<T: FactorScalar>(
+fn backward<T: FactorScalar>(
     panel: &[T],
     height: usize,
     columns: usize,

@@ -1,6 +1,6 @@
 //! The numeric factorization.
 
-use super::dense::{FactorScalar, eliminate};
+use super::dense::FactorScalar;
 use super::symbolic::{Orientation, Supernode, SymbolicCholesky};
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
 use crate::parallel::map;
@@ -292,7 +292,7 @@ impl<const D: usize> Task<'_, D> {
                 rows,
             );
         }
-        eliminate(panel, height, columns, &mut update).map_err(|column| {
+        T::eliminate(panel, height, columns, &mut update).map_err(|column| {
             let place = self.symbolic.places[node.scalars.start + column];
             CholeskyError::NotPositiveDefinite {
                 block_row: place / D,

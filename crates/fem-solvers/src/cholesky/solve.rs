@@ -1,6 +1,6 @@
 //! Solving with the factor, for one or many right-hand sides.
 
-use super::dense::{FactorScalar, backward, forward};
+use super::dense::FactorScalar;
 use super::elimination_tree::NO_PARENT;
 use super::factor::{CholeskyFactor, TASK_DEPTH};
 use super::symbolic::Supernode;
@@ -167,7 +167,7 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
         }
         let x = MatMut::from_column_major_slice_mut(own, width, self.ncols);
         let z = MatMut::from_column_major_slice_mut(&mut rows, height, self.ncols);
-        forward(self.panel(node), width + height, width, x, z);
+        T::forward(self.panel(node), width + height, width, x, z);
         rows
     }
 
@@ -248,7 +248,7 @@ impl<'a, T: FactorScalar, const D: usize> Sweep<'a, T, D> {
         }
         let x = MatMut::from_column_major_slice_mut(own, width, self.ncols);
         let z = MatRef::from_column_major_slice(&rows, height, self.ncols);
-        backward(self.panel(node), width + height, width, x, z);
+        T::backward(self.panel(node), width + height, width, x, z);
         rows
     }
 }
