@@ -64,3 +64,32 @@ impl Remaining {
         predicted >= MOST * self.gain
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{GaussNewtonParams, Model, Remaining};
+    use crate::gauss_newton::StepMethod;
+
+    /// What is left to gain is told per residual, however many rows stand for them.
+    #[test]
+    fn a_triangle_promises_what_all_rows_promise() {
+        let wave = |k: usize| ((k * k) as f64 * 0.37 + k as f64).sin();
+        let (rows, columns) = (120, 3);
+        let j: Vec<f64> = (0..rows * columns).map(wave).collect();
+        let r: Vec<f64> = (0..rows).map(|k| 2.0 + wave(7 * k)).collect();
+        let (theta, params) = ([0.0; 3], GaussNewtonParams::default());
+        let cost = 0.5 * r.iter().map(|r| r * r).sum::<f64>();
+        let residual = (2.0 * cost / rows as f64).sqrt();
+        let model = || Model::new(columns, &r, &j, None);
+        let left = |model: &Model<'_>| {
+            let left = Remaining::of(model, &theta, &params, (cost, residual)).unwrap();
+            (left.residual * left.residual - 2.0 * left.gain / left.groups).sqrt()
+        };
+        let whole = left(&model());
+        let triangle = left(&model().reduced(StepMethod::Qr, &theta, None));
+        assert!(
+            whole > 0.5 && (whole - triangle).abs() < 1e-12,
+            "{whole} {triangle}"
+        );
+    }
+}
