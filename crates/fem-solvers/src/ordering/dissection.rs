@@ -8,8 +8,9 @@ use crate::parallel::each;
 
 /// Vertices from which a part is not split any further.
 const LEAF: usize = 96;
-/// Vertices from which the pieces of a part are worth a thread each.
+/// Vertices from which a piece is worth a thread, and about how many such pieces there may be.
 const LARGE: usize = 2_048;
+const MOST: usize = 16;
 /// Cuts tried along each direction, as fractions of the vertices.
 const FRACTIONS: [f64; 3] = [0.5, 0.42, 0.58];
 
@@ -42,17 +43,20 @@ struct Cuts<'a, const N: usize> {
 }
 
 impl<const N: usize> Cuts<'_, N> {
-    /// Orders a part; what is cut in two may go to two threads.
+    /// Orders a part; what is cut into large pieces goes to several threads, each with numbers of its own
+    /// for all vertices: few pieces, however many there are.
     fn dissect(&self, vertices: Vec<u32>, order: &mut [u32]) {
+        let worth = LARGE.max(self.graph.len() / MOST);
         let mut local = vec![u32::MAX; self.graph.len()];
         let mut work = vec![(vertices, order)];
         while let Some((vertices, order)) = work.pop() {
-            let large = vertices.len() > LARGE;
-            let parts = self.cut(vertices, order, &mut local);
-            if large && parts.len() > 1 {
-                each(parts, |(vertices, order)| self.dissect(vertices, order));
+            let parts = self.cut(vertices, order, &mut local).into_iter();
+            let (large, small): (Vec<_>, Vec<_>) = parts.partition(|(v, _)| v.len() > worth);
+            work.extend(small);
+            if large.len() > 1 {
+                each(large, |(vertices, order)| self.dissect(vertices, order));
             } else {
-                work.extend(parts);
+                work.extend(large);
             }
         }
     }
@@ -189,4 +193,28 @@ fn level_sets(graph: &Graph) -> Vec<Vec<f64>> {
         single(&from_c),
         difference(&from_c, &from_d),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nested_dissection;
+    use crate::block_matrix::BlockPattern;
+
+    /// A hundred thousand bodies of three, and one that is worth two threads.
+    #[test]
+    fn many_small_bodies_are_ordered_one_by_one() {
+        let (small, large) = (100_000, 6_000);
+        let triples = (0..small).flat_map(|k| [(3 * k, 3 * k + 1), (3 * k + 1, 3 * k + 2)]);
+        let begin = 3 * small;
+        let chain = (1..large).map(move |k| (begin + k - 1, begin + k));
+        let pattern = BlockPattern::from_adjacency(begin + large, triples.chain(chain)).unwrap();
+        let order = nested_dissection::<3>(&pattern, None);
+        let position = order.position();
+        let together = |of: &[u32]| {
+            let (first, last) = (of.iter().min(), of.iter().max());
+            last.zip(first).map(|(l, f)| (l - f) as usize) == Some(of.len() - 1)
+        };
+        assert!(position[..begin].chunks(3).all(together));
+        assert!(together(&position[begin..]));
+    }
 }
