@@ -68,3 +68,15 @@ pub(crate) fn inverse_positive_definite<const D: usize>(
     }
     Some(inverse)
 }
+
+/// The `N` numbers from a place on.
+///
+/// # Panics
+/// If there are fewer.
+#[inline(always)]
+pub(crate) fn numbers<T, const N: usize>(values: &[T], from: usize) -> &[T; N] {
+    match values[from..].first_chunk() {
+        Some(found) => found,
+        None => unreachable!("what is read in whole registers has a block behind it"),
+    }
+}

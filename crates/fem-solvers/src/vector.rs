@@ -137,7 +137,7 @@ pub(crate) fn first_non_finite(a: &[f64]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::norm_inf;
+    use super::{PARALLEL_PASS, norm_inf, step, turn};
 
     #[test]
     fn what_is_no_number_is_larger_than_all() {
@@ -146,6 +146,26 @@ mod tests {
             let mut entries = [1.0, -3.0, f64::INFINITY];
             entries[place] = f64::NAN;
             assert!(norm_inf(&entries).is_nan(), "{place}");
+        }
+    }
+
+    #[test]
+    fn passes_of_conjugate_gradients_are_what_they_say_at_every_length() {
+        for n in [5, 5_000, PARALLEL_PASS + 777] {
+            let wave = |k: usize| (0..n).map(|i| ((k + i) as f64).sin()).collect::<Vec<_>>();
+            let (p, ap, z) = (wave(1), wave(2), wave(3));
+            for scale in [1.0, 0.125] {
+                let (mut x, mut r) = (wave(4), wave(5));
+                let squares = step((0.5, scale), (&p, &ap), (&mut x, &mut r));
+                let (before, left) = (wave(4), wave(5));
+                assert!((0..n).all(|i| x[i] == before[i] + 0.5 * p[i] / scale));
+                assert!((0..n).all(|i| r[i] == left[i] - 0.5 * ap[i]));
+                let sum: f64 = r.iter().map(|r| r * r).sum();
+                assert!((squares - sum).abs() < 1e-12 * sum);
+            }
+            let mut turned = p.clone();
+            turn(0.25, &z, &mut turned);
+            assert!((0..n).all(|i| turned[i] == z[i] + 0.25 * p[i]));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The product of some rows of the stored half with a vector.
 
 use super::BlockSymmetric;
+use crate::small::numbers;
 use fem_kinematics::{Quad, QuadKernel, dispatch_quads};
 use std::ops::Range;
 
@@ -90,17 +91,17 @@ impl QuadKernel<f64> for OfThree<'_> {
         let begin = self.rows.start;
         for i in self.rows {
             let diagonal = self.start[i + 1] - 1;
-            let xi: [f64; 3] = *three(self.x, 3 * i);
+            let xi: [f64; 3] = *numbers(self.x, 3 * i);
             let all: [Q; 3] = [Q::splat(xi[0]), Q::splat(xi[1]), Q::splat(xi[2])];
             let mut sums = [Q::splat(0.0); 3];
             for k in self.start[i]..diagonal {
                 let j = self.columns[k] as usize;
                 // Behind what is not on the diagonal there is another block, and another row.
-                let (a, xj) = (&self.values[9 * k..][..10], Q::load(three(self.x, 3 * j)));
+                let (a, xj) = (&self.values[9 * k..][..10], Q::load(numbers(self.x, 3 * j)));
                 let (a0, a1, a2) = (
-                    Q::load(three(a, 0)),
-                    Q::load(three(a, 3)),
-                    Q::load(three(a, 6)),
+                    Q::load(numbers(a, 0)),
+                    Q::load(numbers(a, 3)),
+                    Q::load(numbers(a, 6)),
                 );
                 sums = [sums[0] + a0 * xj, sums[1] + a1 * xj, sums[2] + a2 * xj];
                 let yj = a0 * all[0] + a1 * all[1] + a2 * all[2];
@@ -113,20 +114,11 @@ impl QuadKernel<f64> for OfThree<'_> {
             }
             let (a, x) = (&self.values[9 * diagonal..][..9], Q::load_three(&xi));
             for r in 0..3 {
-                sums[r] = sums[r] + Q::load_three(three(a, 3 * r)) * x;
+                sums[r] = sums[r] + Q::load_three(numbers(a, 3 * r)) * x;
             }
             let [x, y, z, _] = Q::transposed([sums[0], sums[1], sums[2], Q::splat(0.0)]);
             let own = &mut self.own[i - begin];
             (Q::load_three(own) + (x + y + z)).store_three(own);
         }
-    }
-}
-
-/// As many numbers from a place on as are asked for.
-#[inline(always)]
-fn three<const N: usize>(values: &[f64], from: usize) -> &[f64; N] {
-    match values[from..].first_chunk() {
-        Some(found) => found,
-        None => unreachable!("blocks and rows are whole"),
     }
 }

@@ -68,12 +68,6 @@ impl Look<'_> {
         (clearly || (stays() && quiet())).then_some(pair)
     }
 
-    /// Does a triangle look away from a point, and nothing hold them?
-    fn is_turned_away(&self, node: usize, triangle: usize) -> bool {
-        let toward = dot(self.normals.nodes[node], self.normals.triangles[triangle]);
-        self.stay.held.is_empty() && toward >= AWAY
-    }
-
     /// May partners whose normals have this product be a pair?
     fn may_face(&self, toward: f64, kinds: &[Kind], vertices: [u32; 4]) -> bool {
         let held = |&kind: &Kind| {
@@ -212,10 +206,10 @@ impl Search {
 
     /// The pair, if it would do. What rules most out comes first, what reads most memory last.
     fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
-        if kind == Kind::Point && (look.is_turned_away(a, b) || self.is_far(look, a, b)) {
+        let partners = self.partners(look, kind, a, b)?;
+        if kind == Kind::Point && self.is_far(look, a, b) {
             return None;
         }
-        let partners = self.partners(look, kind, a, b)?;
         if !self.is_near(look, &partners.pair) || self.is_one_piece(kind, a, b) {
             return None;
         }

@@ -1,6 +1,7 @@
 //! `L` and `Lᵀ` solved for, row after row.
 
 use super::order::Order;
+use crate::small::numbers;
 use fem_kinematics::{Quad, QuadKernel, dispatch_quads};
 use std::array::from_fn;
 use std::ops::Range;
@@ -69,9 +70,9 @@ impl<const D: usize> Sweep<'_, D> {
     fn registers<Q: Quad<f32>>(&self, values: &[f32], entry: usize) -> [Q; 3] {
         let block = &values[9 * entry..][..10];
         [
-            Q::load(four(block, 0)),
-            Q::load(four(block, 3)),
-            Q::load(four(block, 6)),
+            Q::load(numbers(block, 0)),
+            Q::load(numbers(block, 3)),
+            Q::load(numbers(block, 6)),
         ]
     }
 }
@@ -79,14 +80,6 @@ impl<const D: usize> Sweep<'_, D> {
 /// A vector of four numbers for each row, if it is one.
 fn quads<const W: usize>(z: &mut [[f32; W]]) -> Option<&mut [[f32; 4]]> {
     (W == 4).then_some(z.as_flattened_mut().as_chunks_mut().0)
-}
-
-#[inline(always)]
-fn four(values: &[f32], from: usize) -> &[f32; 4] {
-    match values[from..].first_chunk() {
-        Some(found) => found,
-        None => unreachable!("a block of nine numbers and one behind it"),
-    }
 }
 
 struct Forward<'a, const D: usize>(Sweep<'a, D>, &'a mut [[f32; 4]]);
