@@ -1,5 +1,6 @@
 //! Energy, forces and Hessian of a whole mesh.
 
+use crate::active::Remembered;
 use crate::configuration::{Configuration, Positions};
 use crate::dofs::Dofs;
 use crate::error::AssemblyError;
@@ -39,6 +40,7 @@ pub struct Assembly<const D: usize> {
     pub(crate) merit: Merit,
     pub(crate) force_scales: OnceLock<Option<Vec<f64>>>,
     pub(crate) counter: Counter,
+    pub(crate) active: Remembered<D>,
     /// Must the next look find the pattern anew?
     pub(crate) forgets: bool,
 }
@@ -145,9 +147,14 @@ impl<const D: usize> Assembly<D> {
     /// [`Assembly::gradient`] of lists that were checked before.
     pub(crate) fn trusted_gradient(&self, at: Configuration<D>, gradient: &mut [f64]) -> f64 {
         self.count(Pass::Gradient, |summand| summand.felt(at.controls()));
-        let energies = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
-            summand.term.gradient(at, stencils, sink);
-        });
+        let energies = self.by_rows(
+            at,
+            gradient,
+            Summed::AsTheyAre,
+            |summand, stencils, sink| {
+                summand.term.gradient(at, stencils, sink);
+            },
+        );
         self.clear_prescribed_axes(gradient);
         let mut by_stencil = vec![0.0; self.free.len()];
         for (stencil, energy) in energies.into_iter().flatten() {
@@ -161,9 +168,14 @@ impl<const D: usize> Assembly<D> {
     pub fn absolute_forces(&self, at: Configuration<D>) -> Vec<f64> {
         self.count(Pass::Gradient, |summand| summand.felt(at.controls()));
         let mut sums = vec![0.0; self.dofs.vector_len()];
-        self.by_rows(&mut sums, Summed::Absolutely, |summand, stencils, sink| {
-            summand.term.gradient(at, stencils, sink);
-        });
+        self.by_rows(
+            at,
+            &mut sums,
+            Summed::Absolutely,
+            |summand, stencils, sink| {
+                summand.term.gradient(at, stencils, sink);
+            },
+        );
         self.clear_prescribed_axes(&mut sums);
         sums
     }
@@ -172,7 +184,7 @@ impl<const D: usize> Assembly<D> {
     /// reaction that a prescribed node exerts on the body is −f.
     pub fn forces_everywhere(&self, at: Configuration<D>) -> Vec<[f64; D]> {
         self.count(Pass::Gradient, |summand| summand.all(at.controls()));
-        let mut forces = self.everywhere(|summand, stencils, sink| {
+        let mut forces = self.everywhere(at, |summand, stencils, sink| {
             summand.term.gradient(at, stencils, sink);
         });
         let numbers = forces.as_flattened_mut();
@@ -187,7 +199,7 @@ impl<const D: usize> Assembly<D> {
         displacement: &[[f64; D]],
     ) -> Vec<[f64; D]> {
         self.count(Pass::Product, |summand| summand.all(at.controls()));
-        self.everywhere(|summand, stencils, sink| {
+        self.everywhere(at, |summand, stencils, sink| {
             summand
                 .term
                 .hessian_vector(at, displacement, stencils, sink);
@@ -256,9 +268,10 @@ impl<const D: usize> Assembly<D> {
             pieces.push((chunk, piece));
             rest = tail;
         }
+        let active = self.active.at(&self.summands, at.into());
         map::<_, (), ()>(pieces, |(chunk, values)| {
             values.fill([[0.0; D]; D]);
-            for (summand, work) in self.summands.iter().zip(&chunk.works) {
+            for (term, (summand, work)) in self.summands.iter().zip(&chunk.works).enumerate() {
                 let pairs = pair(summand.stencils.vertices, 0);
                 // Runs are a chunk's own: one part of all of them, then the next, or the order of sums would be.
                 let parts = parts(summand)
@@ -274,8 +287,9 @@ impl<const D: usize> Assembly<D> {
                         values,
                     };
                     let mut sink = HessianSink { scale, target };
-                    let stencils = run.stencils.clone();
-                    summand.term.hessian(at, projection, stencils, &mut sink);
+                    for stencils in active.runs(term, run.stencils.clone()) {
+                        summand.term.hessian(at, projection, stencils, &mut sink);
+                    }
                 }
             }
         });
@@ -290,7 +304,7 @@ impl<const D: usize> Assembly<D> {
         product: &mut [f64],
     ) {
         self.count(Pass::Product, |summand| summand.felt(at.controls()));
-        self.by_rows(product, Summed::AsTheyAre, |summand, stencils, sink| {
+        self.by_rows(at, product, Summed::AsTheyAre, |summand, stencils, sink| {
             summand
                 .term
                 .hessian_vector(at, displacement, stencils, sink);
@@ -305,11 +319,16 @@ impl<const D: usize> Assembly<D> {
         control: usize,
         gradient: &mut [f64],
     ) {
-        let evaluated = self.by_rows(gradient, Summed::AsTheyAre, |summand, stencils, sink| {
-            if control < summand.term.controls() {
-                summand.term.control_gradient(at, control, stencils, sink);
-            }
-        });
+        let evaluated = self.by_rows(
+            at,
+            gradient,
+            Summed::AsTheyAre,
+            |summand, stencils, sink| {
+                if control < summand.term.controls() {
+                    summand.term.control_gradient(at, control, stencils, sink);
+                }
+            },
+        );
         let evaluated = || {
             evaluated
                 .iter()
@@ -346,10 +365,11 @@ impl<const D: usize> Assembly<D> {
         self.summands.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Runs `work` on every run of every chunk, into the chunk's own zeroed rows; returns the
-    /// energies of the stencils that each chunk owns.
+    /// Runs `work` on every run of every chunk, as far as it is active, into the chunk's own zeroed rows;
+    /// returns the energies of the stencils that each chunk owns.
     fn by_rows(
         &self,
+        at: Configuration<D>,
         rows: &mut [f64],
         summed: Summed,
         work: impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>) + Sync,
@@ -361,10 +381,11 @@ impl<const D: usize> Assembly<D> {
             pieces.push((chunk, piece));
             rest = tail;
         }
+        let active = self.active.at(&self.summands, at.into());
         let of_chunk = |(chunk, rows): (&Chunk, &mut [[f64; D]])| {
             rows.fill([0.0; D]);
             let mut energies = Vec::new();
-            for (summand, of_term) in self.summands.iter().zip(&chunk.works) {
+            for (term, (summand, of_term)) in self.summands.iter().zip(&chunk.works).enumerate() {
                 let Work {
                     runs,
                     rows: places,
@@ -373,9 +394,8 @@ impl<const D: usize> Assembly<D> {
                 } = of_term;
                 let vertices = summand.stencils.vertices;
                 for run in runs {
-                    let stencils = run.stencils.clone();
                     let mut sink = GradientSink {
-                        first: stencils.start,
+                        first: run.stencils.start,
                         vertices,
                         scale: 1.0,
                         rows: &places[run.start * vertices..],
@@ -386,7 +406,9 @@ impl<const D: usize> Assembly<D> {
                         energies: Some(&mut energies),
                         summed,
                     };
-                    work(summand, stencils, &mut sink);
+                    for stencils in active.runs(term, run.stencils.clone()) {
+                        work(summand, stencils, &mut sink);
+                    }
                 }
             }
             energies
@@ -394,13 +416,15 @@ impl<const D: usize> Assembly<D> {
         map(pieces, of_chunk)
     }
 
-    /// Runs `work` on every stencil; every node has a row.
+    /// Runs `work` on every active stencil; every node has a row.
     fn everywhere(
         &self,
+        at: Configuration<D>,
         work: impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>),
     ) -> Vec<[f64; D]> {
         let mut sums = vec![[0.0; D]; self.rest.len()];
-        for summand in &self.summands {
+        let active = self.active.at(&self.summands, at.into());
+        for (term, summand) in self.summands.iter().enumerate() {
             let nodes = &summand.stencils.nodes;
             let mut rows: Vec<u32> = nodes.iter().map(|&n| n as u32).collect();
             let whole = summand.stencils.batch * summand.stencils.vertices;
@@ -417,7 +441,9 @@ impl<const D: usize> Assembly<D> {
                 energies: None,
                 summed: Summed::AsTheyAre,
             };
-            work(summand, 0..summand.stencils.count(), &mut sink);
+            for stencils in active.runs(term, 0..summand.stencils.count()) {
+                work(summand, stencils, &mut sink);
+            }
         }
         sums
     }
@@ -449,21 +475,24 @@ impl<const D: usize> Assembly<D> {
         let (mut rest, mut done) = (energies.as_mut_slice(), 0);
         let mut outputs = Vec::with_capacity(pieces.len());
         for piece in pieces {
-            let summand = &self.summands[piece.term];
-            let start = summand.first_energy + piece.stencils.start;
+            let start = self.summands[piece.term].first_energy + piece.stencils.start;
             let (_, tail) = std::mem::take(&mut rest).split_at_mut(start - done);
             let (output, tail) = tail.split_at_mut(piece.stencils.len());
-            outputs.push((summand, piece.stencils.clone(), output));
+            outputs.push((piece, output));
             rest = tail;
             done = start + piece.stencils.len();
         }
-        map::<_, (), ()>(outputs, |(summand, stencils, energies)| {
+        let active = self.active.at(&self.summands, at.into());
+        map::<_, (), ()>(outputs, |(piece, energies): (&Piece, &mut [f64])| {
             let mut sink = EnergySink {
-                first: stencils.start,
+                first: piece.stencils.start,
                 scale: 1.0,
                 energies,
             };
-            summand.term.energy(at, stencils, &mut sink);
+            for stencils in active.runs(piece.term, piece.stencils.clone()) {
+                let term = &self.summands[piece.term].term;
+                term.energy(at, stencils, &mut sink);
+            }
         });
         energies
     }

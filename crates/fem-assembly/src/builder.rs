@@ -1,5 +1,6 @@
 //! Collects mesh, constraints and terms into an [`Assembly`].
 
+use crate::active::Remembered;
 use crate::assembly::Assembly;
 use crate::dofs::Dofs;
 use crate::element_group::Entry;
@@ -293,6 +294,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             merit,
             force_scales: std::sync::OnceLock::new(),
             counter: Counter::default(),
+            active: Remembered::nothing(),
             forgets: false,
         })
     }

@@ -29,6 +29,7 @@
 //! ```
 #![allow(non_snake_case)]
 
+mod active;
 mod assembly;
 mod builder;
 mod checked;

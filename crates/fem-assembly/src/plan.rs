@@ -186,6 +186,32 @@ pub(crate) fn pieces<const D: usize>(
     pieces
 }
 
+/// Finds places of a pattern, those that were asked for a moment ago without a search: neighboring stencils
+/// couple the same nodes.
+struct Finder<'a> {
+    pattern: &'a BlockPattern,
+    /// (row, column, place) of the last search that fell here.
+    known: Vec<(u32, u32, Option<usize>)>,
+}
+
+impl<'a> Finder<'a> {
+    const ROOM: usize = 1 << 12;
+
+    fn new(pattern: &'a BlockPattern) -> Self {
+        let known = vec![(PRESCRIBED, PRESCRIBED, None); Self::ROOM];
+        Self { pattern, known }
+    }
+
+    fn find(&mut self, high: u32, low: u32) -> Option<usize> {
+        let mixed = (high.wrapping_mul(0x9E37_79B1) >> 7) ^ low;
+        let known = &mut self.known[mixed as usize % Self::ROOM];
+        if (known.0, known.1) != (high, low) {
+            *known = (high, low, self.pattern.find(high as usize, low as usize));
+        }
+        known.2
+    }
+}
+
 /// The pairs of rows that stencils couple, higher first.
 fn coupled<'a, const D: usize>(
     stencils: &'a Stencils,
@@ -221,9 +247,10 @@ pub(crate) fn extended<'a, const D: usize>(
     dofs: &'a Dofs<D>,
     stencils: impl Iterator<Item = &'a Stencils>,
 ) -> Result<Option<BlockPattern>, AssemblyError> {
+    let mut finder = Finder::new(pattern);
     let mut missing: Vec<(usize, usize)> = stencils
         .flat_map(|s| coupled(s, dofs))
-        .filter(|&(high, low)| pattern.find(high, low).is_none())
+        .filter(|&(high, low)| finder.find(high as u32, low as u32).is_none())
         .collect();
     if missing.is_empty() {
         return Ok(None);
@@ -299,6 +326,7 @@ pub(crate) fn work<const D: usize>(
     let first_value = pattern.row_start()[rows.start];
     let ours = |row: u32| row != PRESCRIBED && rows.contains(&(row as usize));
     let touches = |k: usize| stencils.nodes_of(k).iter().any(|&n| ours(rank[n]));
+    let mut finder = Finder::new(pattern);
     let mut work = Work {
         runs: Vec::new(),
         rows: Vec::new(),
@@ -321,7 +349,7 @@ pub(crate) fn work<const D: usize>(
                 for &other in &nodes[..=a] {
                     let (high, low) = (row.max(rank[other]), row.min(rank[other]));
                     let place = if ours(high) {
-                        pattern.find(high as usize, low as usize)
+                        finder.find(high, low)
                     } else {
                         None
                     };

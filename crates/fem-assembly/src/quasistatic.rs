@@ -6,6 +6,7 @@ use crate::error::AssemblyError;
 use crate::rigid_motions::rigid_motions;
 use fem_materials::HessianProjection;
 use fem_solvers::{BlockPattern, BlockSymmetric, Merit, NearKernel, NonlinearProblem};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// The free nodes of an assembly, looking for the positions at which all forces on them vanish
@@ -36,8 +37,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Quasistatic<'a, const D: usize> {
     assembly: &'a Assembly<D>,
-    positions: Vec<[f64; D]>,
-    controls: Vec<f64>,
+    positions: Cow<'a, [[f64; D]]>,
+    controls: Cow<'a, [f64]>,
     merit: Merit,
 }
 
@@ -90,13 +91,13 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
     /// The same with lists that were checked before.
     pub(crate) fn trusted(
         assembly: &'a Assembly<D>,
-        positions: Vec<[f64; D]>,
-        controls: Vec<f64>,
+        positions: impl Into<Cow<'a, [[f64; D]]>>,
+        controls: impl Into<Cow<'a, [f64]>>,
     ) -> Self {
         Self {
             assembly,
-            positions,
-            controls,
+            positions: positions.into(),
+            controls: controls.into(),
             merit: assembly.merit,
         }
     }
@@ -119,13 +120,13 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
     /// # Errors
     /// When there are not [`Dofs::vector_len`](crate::Dofs::vector_len) of them.
     pub fn positions(&self, unknowns: &[f64]) -> Result<Vec<[f64; D]>, AssemblyError> {
-        let mut all = self.positions.clone();
+        let mut all = self.positions.to_vec();
         self.assembly.dofs().scatter(unknowns, &mut all)?;
         Ok(all)
     }
 
     pub(crate) fn trusted_positions(&self, unknowns: &[f64]) -> Vec<[f64; D]> {
-        let mut all = self.positions.clone();
+        let mut all = self.positions.to_vec();
         self.assembly.dofs().trusted_scatter(unknowns, &mut all);
         all
     }

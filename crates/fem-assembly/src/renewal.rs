@@ -59,6 +59,16 @@ impl<const D: usize> Assembly<D> {
         self.renewed(|term| term.renew_along(at, displacement))
     }
 
+    /// [`Assembly::renew`] and [`Assembly::renew_along`], planned once.
+    pub(crate) fn renew_for_step(
+        &mut self,
+        at: Configuration<D>,
+        displacement: &[[f64; D]],
+    ) -> Result<bool, AssemblyError> {
+        self.check_displacement(at, displacement)?;
+        self.renewed(|term| term.renew_for_step(at, displacement))
+    }
+
     fn renewed(
         &mut self,
         mut look: impl FnMut(&mut dyn Term<D>) -> bool,
@@ -82,6 +92,7 @@ impl<const D: usize> Assembly<D> {
         if !any && !anew {
             return Ok(false);
         }
+        self.active.forget();
         if u32::try_from(stencils).is_err() {
             return Err(AssemblyError::TooManyStencils { count: stencils });
         }

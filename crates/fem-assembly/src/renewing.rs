@@ -212,12 +212,8 @@ impl<const D: usize> Renewing<'_, D> {
     /// What the problem of the present stencils says.
     fn asked<R>(&self, question: impl FnOnce(&Quasistatic<'_, D>) -> R) -> R {
         let assembly = self.assembly.borrow();
-        let positions = self.positions.clone();
-        question(&Quasistatic::trusted(
-            &assembly,
-            positions,
-            self.controls.to_vec(),
-        ))
+        let positions = self.positions.as_slice();
+        question(&Quasistatic::trusted(&assembly, positions, self.controls))
     }
 
     /// Looks for stencils at the start of a step, and along it where they do not reach; true when they
@@ -230,14 +226,14 @@ impl<const D: usize> Renewing<'_, D> {
         let before = assembly.pattern().clone();
         let at = Configuration::trusted(&positions, self.controls);
         let looks = self.looks.get();
-        let mut changed = false;
-        if looks < MOST_LOOKS {
-            changed = assembly.renew(at)?;
-            self.looks.set(looks + 1);
-        }
-        if along {
-            changed |= assembly.renew_along(at, &displacement)?;
-        }
+        let settles = looks < MOST_LOOKS;
+        self.looks.set(looks + usize::from(settles));
+        let changed = match (settles, along) {
+            (true, true) => assembly.renew_for_step(at, &displacement)?,
+            (true, false) => assembly.renew(at)?,
+            (false, true) => assembly.renew_along(at, &displacement)?,
+            (false, false) => false,
+        };
         let analyses = usize::from(!Arc::ptr_eq(&before, assembly.pattern()));
         self.analyses.set(self.analyses.get() + analyses);
         self.renewals

@@ -1,6 +1,6 @@
 //! What an energy must tell so that it can be one of the terms of a sum.
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Positions};
 use crate::evaluations::StencilCost;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
 use fem_materials::HessianProjection;
@@ -49,6 +49,13 @@ pub trait Term<const D: usize>: Send + Sync {
         self.hessian(at, HessianProjection::None, stencils, &mut product);
     }
 
+    /// The stencils that may have an energy at these positions, whatever the controls, ascending; `None` where all
+    /// may. The others have neither energy nor forces nor stiffness there, and are not evaluated. Asked once for
+    /// each place: for terms of which most stencils are silent, as pairs are that are near but do not touch.
+    fn active(&self, _at: Positions<D>) -> Option<Vec<usize>> {
+        None
+    }
+
     /// How many nodes an assembly needs for it, where its stencils may come to name others than they
     /// do now; those that they name are known.
     fn nodes(&self) -> usize {
@@ -92,6 +99,12 @@ pub trait Term<const D: usize>: Send + Sync {
     /// and [`Term::covered_step`] says how far that reaches.
     fn renew_along(&mut self, at: Configuration<D>, _displacement: &[[f64; D]]) -> bool {
         self.renew(at)
+    }
+
+    /// [`Term::renew`] and [`Term::renew_along`] one after the other, for a term that can find both with one look.
+    fn renew_for_step(&mut self, at: Configuration<D>, displacement: &[[f64; D]]) -> bool {
+        let here = self.renew(at);
+        self.renew_along(at, displacement) || here
     }
 
     /// Does the term push on one side alone, as contact does? Its curvature then holds for a part of a

@@ -1,6 +1,6 @@
 //! A term times a control.
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Positions};
 use crate::error::AssemblyError;
 use crate::evaluations::StencilCost;
 use crate::sink::{EnergySink, GradientSink, HessianSink};
@@ -114,6 +114,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
         self.term
             .hessian_vector(at, displacement, stencils, &mut sink);
     }
+    fn active(&self, at: Positions<D>) -> Option<Vec<usize>> {
+        self.term.active(at)
+    }
     fn nodes(&self) -> usize {
         self.term.nodes()
     }
@@ -156,6 +159,9 @@ impl<const D: usize, T: Term<D>> Term<D> for Scaled<T> {
     }
     fn renew_along(&mut self, at: Configuration<D>, displacement: &[[f64; D]]) -> bool {
         self.term.renew_along(at, displacement)
+    }
+    fn renew_for_step(&mut self, at: Configuration<D>, displacement: &[[f64; D]]) -> bool {
+        self.term.renew_for_step(at, displacement)
     }
     fn one_sided(&self) -> bool {
         self.term.one_sided()

@@ -1,6 +1,7 @@
 //! What a surface that may touch itself is made of.
 
 use super::geometry::Point;
+use super::pair::shapes_of;
 use crate::mesh::EmbeddedPoint;
 use std::borrow::Cow;
 
@@ -11,11 +12,12 @@ pub(crate) enum Carrier {
     Points(Vec<EmbeddedPoint>),
 }
 
-/// The nodes that move the vertices of a pair, and by how much each moves each of the four.
+/// The nodes that move the vertices of a pair, and by how much each moves each of its three shapes ([`SHAPES`]): what moves
+/// all vertices alike changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spread {
     pub nodes: Vec<usize>,
-    pub shares: Vec<[f64; 4]>,
+    pub shares: Vec<[f64; 3]>,
 }
 
 impl Carrier {
@@ -64,34 +66,35 @@ impl Spread {
         let known = self.nodes.iter().position(|&n| n == node);
         let place = known.unwrap_or_else(|| {
             self.nodes.push(node);
-            self.shares.push([0.0; 4]);
+            self.shares.push([0.0; 3]);
             self.nodes.len() - 1
         });
-        self.shares[place][vertex] += weight;
-    }
-
-    /// Σ shares × gradient at the vertices.
-    pub fn gradient(&self, k: usize, at_vertices: &[Point; 4]) -> Point {
-        let share = self.shares[k];
-        std::array::from_fn(|i| (0..4).map(|a| share[a] * at_vertices[a][i]).sum())
-    }
-
-    /// Σ shares of a × shares of b × the blocks between vertices.
-    pub fn block(&self, [a, b]: [usize; 2], at_vertices: &[[f64; 12]; 12]) -> [[f64; 3]; 3] {
-        let mut block = [[0.0; 3]; 3];
-        for (v, of_a) in self.shares[a].into_iter().enumerate() {
-            for (w, of_b) in self.shares[b].into_iter().enumerate() {
-                let share = of_a * of_b;
-                if share == 0.0 {
-                    continue;
-                }
-                for i in 0..3 {
-                    for j in 0..3 {
-                        block[i][j] += share * at_vertices[3 * v + i][3 * w + j];
-                    }
-                }
-            }
+        let mut moved = [0.0; 4];
+        moved[vertex] = weight;
+        for (share, by) in self.shares[place].iter_mut().zip(shapes_of(&moved)) {
+            *share += by;
         }
-        block
+    }
+
+    /// Σ shares × gradient by shapes.
+    pub fn gradient(&self, k: usize, by_shape: &[Point; 3]) -> Point {
+        let share = self.shares[k];
+        std::array::from_fn(|i| (0..3).map(|s| share[s] * by_shape[s][i]).sum())
+    }
+
+    /// Σ shares of a × the rows of a Hessian by shapes.
+    pub fn rows(&self, a: usize, by_shape: &[[f64; 9]; 9]) -> [[f64; 9]; 3] {
+        let [p, q, r] = self.shares[a];
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                p * by_shape[i][j] + q * by_shape[3 + i][j] + r * by_shape[6 + i][j]
+            })
+        })
+    }
+
+    /// Σ shares of b × the columns of [`Spread::rows`] of a: their block.
+    pub fn block(&self, b: usize, rows: &[[f64; 9]; 3]) -> [[f64; 3]; 3] {
+        let [p, q, r] = self.shares[b];
+        rows.map(|row| std::array::from_fn(|j| p * row[j] + q * row[3 + j] + r * row[6 + j]))
     }
 }

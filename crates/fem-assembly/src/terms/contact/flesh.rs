@@ -7,7 +7,8 @@ use super::params::FleshContactParams;
 use super::search::{Search, Stay, has, key};
 use super::surface::Surface;
 use super::way::Way;
-use crate::configuration::Configuration;
+use crate::active::felt;
+use crate::configuration::{Configuration, Positions};
 use crate::error::{AssemblyError, check_length};
 use crate::evaluations::{StencilCost, StencilKind};
 use crate::mesh::{EmbeddedPoint, SimplexMesh};
@@ -28,8 +29,10 @@ const HELD_FROM: usize = 8;
 enum Occasion {
     /// Anywhere: those that are found stay.
     Place,
-    /// Where a step is to begin: those that push stay as well, so that the energy there stays as it is.
+    /// Where a step is to begin, which finds what is near here too.
     Step,
+    /// The same where those that push stay as well, so that the energy there stays as it is.
+    LateStep,
     /// Where an equilibrium was found: pairs that come or go with a push are disputed.
     Equilibrium,
 }
@@ -178,6 +181,13 @@ impl FleshContact {
         pair.vertices.map(|v| self.carrier.position(v, positions))
     }
 
+    fn way(&self, at: Configuration<3>, displacement: &[[f64; 3]]) -> Way {
+        let from = self.carrier.positions(at.positions()).into_owned();
+        let step = self.carrier.positions(displacement);
+        let longest = LONGEST * self.search.params.margin;
+        Way::along(from, &step, self.points(), longest)
+    }
+
     /// Finds pairs; true when there are others than before.
     fn look(&mut self, way: Way, occasion: Occasion) -> bool {
         let margin = self.search.params.margin;
@@ -192,13 +202,13 @@ impl FleshContact {
         }
         let mut found = self.found_near(&way, margin);
         let others = self.others_that_push(&found, &way.from);
-        let step = occasion == Occasion::Step;
-        let known = includes(&self.pairs, &found) && (step || others.is_empty());
+        let late = occasion == Occasion::LateStep;
+        let known = includes(&self.pairs, &found) && (late || others.is_empty());
         if !known {
             if occasion == Occasion::Equilibrium {
                 self.dispute(self.newcomers_that_push(&found, &way.from));
                 self.dispute(others);
-            } else if step {
+            } else if late {
                 insert(&mut found, others);
             }
             self.set(found, way);
@@ -354,11 +364,21 @@ impl Term<3> for FleshContact {
                 continue;
             };
             for a in 0..spread.nodes.len() {
+                let rows = spread.rows(a, &hessian);
                 for b in 0..=a {
-                    sink.add(s, a, b, spread.block([a, b], &hessian));
+                    sink.add(s, a, b, spread.block(b, &rows));
                 }
             }
         }
+    }
+    /// Most pairs are only near.
+    fn active(&self, at: Positions<3>) -> Option<Vec<usize>> {
+        let vertices = self.carrier.positions(at.as_slice());
+        let speaks = |stencil: usize| {
+            let pair = &self.pairs[stencil];
+            !pair.is_silent(pair.vertices.map(|v| vertices[v as usize]))
+        };
+        Some(felt(self.pairs.len(), speaks))
     }
     fn changes(&self) -> bool {
         true
@@ -380,10 +400,11 @@ impl Term<3> for FleshContact {
         changed
     }
     fn renew_along(&mut self, at: Configuration<3>, displacement: &[[f64; 3]]) -> bool {
-        let from = self.carrier.positions(at.positions()).into_owned();
-        let step = self.carrier.positions(displacement);
-        let longest = LONGEST * self.search.params.margin;
-        let way = Way::along(from, &step, self.points(), longest);
+        let way = self.way(at, displacement);
+        self.look(way, Occasion::LateStep)
+    }
+    fn renew_for_step(&mut self, at: Configuration<3>, displacement: &[[f64; 3]]) -> bool {
+        let way = self.way(at, displacement);
         self.look(way, Occasion::Step)
     }
     /// No vertex may leave the tube in which everything near it was found.

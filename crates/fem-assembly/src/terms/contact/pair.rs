@@ -2,10 +2,11 @@
 //!
 //! A pair has four vertices. What it feels is told by three vectors, u between the two partners and
 //! e₁, e₂ along them, and of these by six scalars: e₁·e₁, e₁·e₂, e₂·e₂, u·e₁, u·e₂, u·(e₁×e₂).
-//! Dual numbers over six variables give the derivatives of everything that is not a product.
+//! The energy is a function of what [`Measures`] makes of them.
 
 use super::geometry::{Point, cross, dot, sub};
-use fem_kinematics::{Dual, HessianProjection, Real, jacobi_eigen};
+use super::measures::{Measures, windows};
+use fem_kinematics::{HessianProjection, Real, jacobi_eigen};
 
 /// Which partners a pair has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,9 +35,12 @@ pub(crate) struct Pair {
 
 /// How far a window reaches to both sides of an end, as a share of the height of the triangle or
 /// the length of the edge.
-pub(crate) const BAND: f64 = 0.15;
+pub(super) const BAND: f64 = 0.15;
 /// sin² of the angles between which two edges count as parallel less and less.
-const PARALLEL: [f64; 2] = [0.02, 0.1];
+pub(super) const PARALLEL: [f64; 2] = [0.02, 0.1];
+
+/// Room for rounding in the square of a gap.
+const FARTHER: f64 = 1.0 + 1e-9;
 
 /// 0 up to 0, 1 from 1 on, with two continuous derivatives.
 fn smooth<T: Real>(z: T) -> T {
@@ -106,7 +110,17 @@ impl Pair {
     }
 
     /// Nothing is felt; false where a number is NaN.
-    fn is_silent(&self, s: [f64; 6]) -> bool {
+    pub fn is_silent(&self, x: [Point; 4]) -> bool {
+        self.are_silent(scalars(self.at(x)))
+    }
+
+    fn are_silent(&self, s: [f64; 6]) -> bool {
+        let [a, b, c, _, _, v] = s;
+        let farthest = FARTHER * self.activation * self.activation * (a * c - b * b);
+        // The gap with neither root nor quotient: most pairs are farther from each other.
+        if self.kind == Kind::Point && farthest > 0.0 && v > 0.0 && v * v > farthest {
+            return true;
+        }
         let (gap, weight) = gap_and_weight(self.kind, s);
         gap >= self.activation || weight == 0.0
     }
@@ -114,70 +128,126 @@ impl Pair {
     /// The energy, joules.
     pub fn energy(&self, x: [Point; 4]) -> f64 {
         let s = scalars(self.at(x));
-        if self.is_silent(s) {
+        if self.are_silent(s) {
             0.0
         } else {
             self.potential(s)
         }
     }
 
-    /// Energy and gradient at the four vertices; `None` where nothing is felt.
-    pub fn gradient(&self, x: [Point; 4]) -> Option<(f64, [Point; 4])> {
+    /// Energy, joules, and its gradient by [`SHAPES`], newtons; `None` where nothing is felt.
+    pub fn gradient(&self, x: [Point; 4]) -> Option<(f64, [Point; 3])> {
         let vectors = self.at(x);
         let s = scalars(vectors);
-        if self.is_silent(s) {
+        if self.are_silent(s) {
             return None;
         }
-        let slope = |i: usize| {
-            let dual = std::array::from_fn(|j| Dual::new(s[j], f64::from(u8::from(i == j))));
-            self.potential(dual).derivative
-        };
-        let slopes: [f64; 6] = std::array::from_fn(slope);
-        let by_vector = product(&jacobian(vectors), &slopes);
-        let share = self.signs();
-        let at = |vertex: usize| {
+        let measures = Measures::new(self.kind, &s);
+        let outer = self.outer(&measures.values);
+        let by_vector = product(&jacobian(vectors), &outer.slopes_by_scalars(&measures));
+        let shares = self.vectors_by_shapes();
+        let by_shape = |shape: usize| {
             std::array::from_fn(|i| {
                 (0..3)
-                    .map(|k| share[k][vertex] * by_vector[3 * k + i])
+                    .map(|k| shares[k][shape] * by_vector[3 * k + i])
                     .sum()
             })
         };
-        Some((self.potential(s), std::array::from_fn(at)))
+        Some((outer.value, std::array::from_fn(by_shape)))
     }
 
-    /// The Hessian, vertex by vertex; `None` where nothing is felt.
-    pub fn hessian(&self, x: [Point; 4], projection: HessianProjection) -> Option<[[f64; 12]; 12]> {
+    /// The Hessian by [`SHAPES`], N/m; `None` where nothing is felt.
+    pub fn hessian(&self, x: [Point; 4], projection: HessianProjection) -> Option<[[f64; 9]; 9]> {
         let vectors = self.at(x);
         let s = scalars(vectors);
-        if self.is_silent(s) {
+        if self.are_silent(s) {
             return None;
         }
-        let (slopes, curvatures) = self.second_order(s);
+        let (slopes, curvatures) = self.second_order(&s);
         let by_vector = chained(vectors, &slopes, &curvatures);
-        if projection == HessianProjection::None {
-            return Some(spread(&by_vector, &self.signs()));
-        }
-        // Translations cost nothing: nine of the twelve directions are left.
-        let by_shape = spread(&by_vector, &self.signs().map(|row| shapes_of(&row)));
-        Some(spread(&projected(by_shape, projection), &SHAPES))
+        let by_shape = spread(&by_vector, &self.vectors_by_shapes());
+        Some(match projection {
+            HessianProjection::None => by_shape,
+            // Translations cost nothing: nine of the twelve directions are left.
+            _ => projected(by_shape, projection),
+        })
+    }
+
+    /// The three vectors as sums of [`SHAPES`].
+    fn vectors_by_shapes(&self) -> [[f64; 3]; 3] {
+        self.signs().map(|row| shapes_of(&row))
     }
 
     /// First and second derivatives by the six scalars.
-    fn second_order(&self, s: [f64; 6]) -> ([f64; 6], [[f64; 6]; 6]) {
-        let (mut slopes, mut curvatures) = ([0.0; 6], [[0.0; 6]; 6]);
-        for i in 0..6 {
-            for j in 0..=i {
-                let delta = |a: usize, b: usize| f64::from(u8::from(a == b));
-                let dual = std::array::from_fn(|k| {
-                    Dual::new(Dual::new(s[k], delta(k, i)), Dual::new(delta(k, j), 0.0))
-                });
-                let value = self.potential(dual);
-                slopes[i] = value.value.derivative;
-                curvatures[i][j] = value.derivative.derivative;
-                curvatures[j][i] = curvatures[i][j];
+    fn second_order(&self, s: &[f64; 6]) -> ([f64; 6], [[f64; 6]; 6]) {
+        let measures = Measures::new(self.kind, s);
+        let outer = self.outer(&measures.values);
+        let of_measures = measures.curvatures(self.kind, s);
+        let rows = &measures.slopes;
+        let half: [[f64; 6]; 4] = std::array::from_fn(|m| {
+            std::array::from_fn(|j| (0..4).map(|n| outer.curvatures[m][n] * rows[n][j]).sum())
+        });
+        let curvature = |i: usize, j: usize| {
+            let term = |m: usize| rows[m][i] * half[m][j] + outer.slopes[m] * of_measures[m][i][j];
+            (0..4).map(term).sum()
+        };
+        let curvatures = std::array::from_fn(|i| std::array::from_fn(|j| curvature(i, j)));
+        (outer.slopes_by_scalars(&measures), curvatures)
+    }
+
+    /// The energy as a function of gap and shares.
+    fn outer(&self, measures: &[f64; 4]) -> Outer {
+        let windows @ [[f, df, _], [g, dg, _], [h, dh, _]] = windows(self.kind, *measures);
+        let scale = self.force * self.length / 3.0;
+        let depth = (self.activation - measures[0]) / self.length;
+        let by_gap = [
+            scale * depth * depth * depth,
+            -3.0 * scale * depth * depth / self.length,
+            6.0 * scale * depth / (self.length * self.length),
+        ];
+        let weight = f * g * h;
+        let others = [g * h, f * h, f * g];
+        let by_share: [f64; 3] = std::array::from_fn(|k| windows[k][1] * others[k]);
+        let [e, de, dde] = by_gap;
+        let mut curvatures = [[0.0; 4]; 4];
+        curvatures[0][0] = dde * weight;
+        let crossed = [
+            [0.0, df * dg * h, df * dh * g],
+            [0.0, 0.0, dg * dh * f],
+            [0.0; 3],
+        ];
+        for k in 0..3 {
+            curvatures[0][k + 1] = de * by_share[k];
+            curvatures[k + 1][0] = de * by_share[k];
+            curvatures[k + 1][k + 1] = e * windows[k][2] * others[k];
+            for l in k + 1..3 {
+                curvatures[k + 1][l + 1] = e * crossed[k][l];
+                curvatures[l + 1][k + 1] = e * crossed[k][l];
             }
         }
-        (slopes, curvatures)
+        Outer {
+            value: e * weight,
+            slopes: [
+                de * weight,
+                e * by_share[0],
+                e * by_share[1],
+                e * by_share[2],
+            ],
+            curvatures,
+        }
+    }
+}
+
+/// The energy by gap and shares.
+struct Outer {
+    value: f64,
+    slopes: [f64; 4],
+    curvatures: [[f64; 4]; 4],
+}
+
+impl Outer {
+    fn slopes_by_scalars(&self, measures: &Measures) -> [f64; 6] {
+        std::array::from_fn(|i| (0..4).map(|m| self.slopes[m] * measures.slopes[m][i]).sum())
     }
 }
 
@@ -243,24 +313,21 @@ fn chained([u, e, f]: [Point; 3], slopes: &[f64; 6], curvatures: &[[f64; 6]; 6])
 }
 
 /// Three orthonormal combinations of four vertices that no translation changes.
-const SHAPES: [[f64; 4]; 3] = [
+pub(super) const SHAPES: [[f64; 4]; 3] = [
     [0.5, 0.5, -0.5, -0.5],
     [0.5, -0.5, 0.5, -0.5],
     [0.5, -0.5, -0.5, 0.5],
 ];
 
 /// Shares of the four vertices as shares of [`SHAPES`].
-fn shapes_of(shares: &[f64; 4]) -> [f64; 3] {
+pub(super) fn shapes_of(shares: &[f64; 4]) -> [f64; 3] {
     SHAPES.map(|shape| (0..4).map(|v| shape[v] * shares[v]).sum())
 }
 
 /// (Sᵀ ⊗ 1) H (S ⊗ 1): a Hessian by three vectors, each a sum with these shares, by what they are
 /// sums of.
-fn spread<const N: usize, const M: usize>(
-    by_vector: &[[f64; 9]; 9],
-    shares: &[[f64; N]; 3],
-) -> [[f64; M]; M] {
-    let mut half = [[0.0; M]; 9];
+fn spread(by_vector: &[[f64; 9]; 9], shares: &[[f64; 3]; 3]) -> [[f64; 9]; 9] {
+    let mut half = [[0.0; 9]; 9];
     for (row, line) in half.iter_mut().enumerate() {
         for (column, entry) in line.iter_mut().enumerate() {
             let (b, j) = (column / 3, column % 3);
@@ -269,7 +336,7 @@ fn spread<const N: usize, const M: usize>(
                 .sum();
         }
     }
-    let mut spread = [[0.0; M]; M];
+    let mut spread = [[0.0; 9]; 9];
     for (row, line) in spread.iter_mut().enumerate() {
         let (a, i) = (row / 3, row % 3);
         for (column, entry) in line.iter_mut().enumerate() {
@@ -294,4 +361,90 @@ fn projected(hessian: [[f64; 9]; 9], projection: HessianProjection) -> [[f64; 9]
         (0..9).map(of).sum()
     };
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fem_kinematics::Dual;
+
+    const KINDS: [Kind; 3] = [Kind::Point, Kind::EdgeAlong, Kind::EdgeAgainst];
+
+    fn pair(kind: Kind) -> Pair {
+        Pair {
+            vertices: [0, 1, 2, 3],
+            kind,
+            force: 3.0,
+            activation: 0.8,
+            length: 0.6,
+        }
+    }
+
+    /// Places of four vertices that differ with k, in and beside each other's windows.
+    fn places(kind: Kind, k: usize) -> [Point; 4] {
+        let noise = |n: usize| 0.4 * (17.3 * (12 * k + n) as f64 + 0.7).sin();
+        let rough: [Point; 4] = std::array::from_fn(|v| std::array::from_fn(|i| noise(3 * v + i)));
+        let base = match kind {
+            Kind::Point => [[0.3, 0.3, 0.3], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            _ => [
+                [-0.5, 0.0, 0.0],
+                [0.5, 0.0, 0.0],
+                [0.0, -0.5, 0.3],
+                [0.0, 0.5, 0.3],
+            ],
+        };
+        std::array::from_fn(|v| std::array::from_fn(|i| base[v][i] + rough[v][i]))
+    }
+
+    /// Dual numbers through the formula of the energy, against the closed forms.
+    #[test]
+    fn closed_forms_are_what_dual_numbers_give() {
+        let mut felt = 0;
+        for kind in KINDS {
+            let pair = pair(kind);
+            for k in 0..60 {
+                let s = scalars(pair.at(places(kind, k)));
+                if pair.are_silent(s) {
+                    continue;
+                }
+                felt += 1;
+                let (slopes, curvatures) = pair.second_order(&s);
+                let size = slopes.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                for i in 0..6 {
+                    for j in 0..6 {
+                        let delta = |a: usize, b: usize| f64::from(u8::from(a == b));
+                        let dual = std::array::from_fn(|n| {
+                            Dual::new(Dual::new(s[n], delta(n, i)), Dual::new(delta(n, j), 0.0))
+                        });
+                        let value: Dual<Dual<f64>> = pair.potential(dual);
+                        let slope = value.value.derivative;
+                        assert!(
+                            (slopes[i] - slope).abs() <= 1e-11 * size,
+                            "{kind:?} {k} {i}"
+                        );
+                        let curvature = value.derivative.derivative;
+                        let scale = 1e-10 * size.max(curvature.abs());
+                        let off = (curvatures[i][j] - curvature).abs();
+                        assert!(
+                            off <= scale,
+                            "{kind:?} {k} {i} {j}: {off:e} of {curvature:e}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(felt > 60, "{felt}");
+    }
+
+    #[test]
+    fn far_pairs_are_told_without_a_root() {
+        for k in 0..200 {
+            for kind in KINDS {
+                let (pair, x) = (pair(kind), places(kind, k));
+                let (gap, weight) = pair.gap(x);
+                let silent = gap >= pair.activation || weight == 0.0;
+                assert_eq!(pair.is_silent(x), silent, "{kind:?} {k}: {gap}");
+            }
+        }
+    }
 }

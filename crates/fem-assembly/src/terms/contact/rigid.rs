@@ -4,7 +4,8 @@ use super::distance::{Jet, SampledDistance};
 use super::frame::{Placed, RigidFrame};
 use super::geometry::{add, dot, norm, scale, sub};
 use super::points::ContactPoint;
-use crate::configuration::Configuration;
+use crate::active::felt;
+use crate::configuration::{Configuration, Positions};
 use crate::direction::UNIT_TOLERANCE;
 use crate::error::{AssemblyError, check_length};
 use crate::evaluations::{StencilCost, StencilKind};
@@ -372,6 +373,15 @@ impl Term<3> for RigidContact {
             kind: StencilKind::Contact,
             ..StencilCost::default()
         }
+    }
+    /// Most points are far from every solid.
+    fn active(&self, at: Positions<3>) -> Option<Vec<usize>> {
+        let placed = self.placed(at.as_slice());
+        let speaks = |s: usize| {
+            let x = placed.at_rest(self.points[s].position(at.as_slice()));
+            self.felt(s, x).next().is_some()
+        };
+        Some(felt(self.points.len(), speaks))
     }
     fn energy(&self, at: Configuration<3>, stencils: Range<usize>, sink: &mut EnergySink) {
         let placed = self.placed(at.positions());
