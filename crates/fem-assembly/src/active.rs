@@ -29,7 +29,12 @@ impl<const D: usize> Remembered<D> {
             return active.clone();
         }
         // The lock is not held while terms look: a thread that waits for others may come here again.
-        let found = Active(summands.iter().map(|s| s.term.active(at)).collect());
+        let of = |s: &Summand<D>| match s.stencils.batch {
+            1 => s.term.active(at),
+            // Those are evaluated side by side, whole batches.
+            _ => None,
+        };
+        let found = Active(summands.iter().map(of).collect());
         let some = found.0.iter().any(Option::is_some);
         let active = Arc::new(found);
         // Nothing to remember, and no list to copy, where every stencil is active anywhere.

@@ -1,11 +1,11 @@
 //! Energy, forces and Hessian of a whole mesh.
 
-use crate::active::Remembered;
+use crate::active::{Active, Remembered};
 use crate::configuration::{Configuration, Positions};
 use crate::dofs::Dofs;
 use crate::error::AssemblyError;
 use crate::evaluations::{Counter, Evaluations, Pass};
-use crate::plan::{Chunk, Piece, Summand, Work};
+use crate::plan::{self, Chunk, Piece, Summand, Work};
 use crate::rest::RestElements;
 use crate::sink::{EnergySink, GradientSink, HessianSink, NONE, Summed, Target, pair};
 use fem_materials::HessianProjection;
@@ -271,7 +271,12 @@ impl<const D: usize> Assembly<D> {
         let active = self.active.at(&self.summands, at.into());
         map::<_, (), ()>(pieces, |(chunk, values)| {
             values.fill([[0.0; D]; D]);
-            for (term, (summand, work)) in self.summands.iter().zip(&chunk.works).enumerate() {
+            for (term, (summand, planned)) in self.summands.iter().zip(&chunk.works).enumerate() {
+                let pattern = Some(&*self.pattern);
+                let made = self.made(term, chunk, &active, pattern);
+                let Some(work) = planned.as_ref().or(made.as_ref()) else {
+                    continue;
+                };
                 let pairs = pair(summand.stencils.vertices, 0);
                 // Runs are a chunk's own: one part of all of them, then the next, or the order of sums would be.
                 let parts = parts(summand)
@@ -385,13 +390,17 @@ impl<const D: usize> Assembly<D> {
         let of_chunk = |(chunk, rows): (&Chunk, &mut [[f64; D]])| {
             rows.fill([0.0; D]);
             let mut energies = Vec::new();
-            for (term, (summand, of_term)) in self.summands.iter().zip(&chunk.works).enumerate() {
-                let Work {
+            for (term, (summand, planned)) in self.summands.iter().zip(&chunk.works).enumerate() {
+                let made = self.made(term, chunk, &active, None);
+                let Some(Work {
                     runs,
                     rows: places,
                     owned,
                     ..
-                } = of_term;
+                }) = planned.as_ref().or(made.as_ref())
+                else {
+                    continue;
+                };
                 let vertices = summand.stencils.vertices;
                 for run in runs {
                     let mut sink = GradientSink {
@@ -414,6 +423,23 @@ impl<const D: usize> Assembly<D> {
             energies
         };
         map(pieces, of_chunk)
+    }
+
+    /// What is active in a chunk of a term that changes; `None` for others, which are planned.
+    fn made(
+        &self,
+        term: usize,
+        chunk: &Chunk,
+        active: &Active,
+        pattern: Option<&BlockPattern>,
+    ) -> Option<Work> {
+        if chunk.works[term].is_some() {
+            return None;
+        }
+        let stencils = &self.summands[term].stencils;
+        let runs = active.runs(term, 0..stencils.count());
+        let work = plan::work_on(stencils, runs, &chunk.rows, &self.dofs, pattern);
+        Some(work)
     }
 
     /// Runs `work` on every active stencil; every node has a row.

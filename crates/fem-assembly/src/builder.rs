@@ -274,7 +274,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             .map(|rows| {
                 let works = summands
                     .iter()
-                    .map(|s| plan::work(&s.stencils, &rows, &dofs, &pattern))
+                    .map(|s| s.planned(&rows, &dofs, &pattern))
                     .collect();
                 Chunk { rows, works }
             })

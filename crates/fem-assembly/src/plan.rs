@@ -35,6 +35,16 @@ pub(crate) struct Summand<const D: usize> {
 }
 
 impl<const D: usize> Summand<D> {
+    /// Its stencils that touch `rows`; `None` where they change.
+    pub fn planned(
+        &self,
+        rows: &Range<usize>,
+        dofs: &Dofs<D>,
+        pattern: &BlockPattern,
+    ) -> Option<Work> {
+        (!self.term.changes()).then(|| work(&self.stencils, rows, dofs, pattern))
+    }
+
     /// How many stencils that a free node feels are evaluated.
     pub fn felt(&self, controls: &[f64]) -> u64 {
         self.felt - self.idle(controls, 0)
@@ -73,7 +83,9 @@ impl<const D: usize> Summand<D> {
 /// Consecutive matrix rows and the stencils that touch them, one entry for each term.
 pub(crate) struct Chunk {
     pub rows: Range<usize>,
-    pub works: Vec<Work>,
+    /// Of a term that changes its stencils none: what is active of it is planned in each pass, which is less
+    /// than all of it after each look.
+    pub works: Vec<Option<Work>>,
 }
 
 /// The stencils of one term that touch one chunk, and where their sums go.
@@ -136,12 +148,11 @@ impl Stencils {
         rows.min().unwrap_or(PRESCRIBED)
     }
 
-    /// Runs of the batches that hold a chosen stencil.
-    fn runs(&self, chosen: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
-        let count = self.count();
+    /// Runs of those batches of `some`, whole ones, that hold a chosen stencil.
+    fn runs(&self, some: Range<usize>, chosen: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
-        for start in (0..count).step_by(self.batch) {
-            let end = (start + self.batch).min(count);
+        for start in some.clone().step_by(self.batch) {
+            let end = (start + self.batch).min(some.end);
             if !(start..end).any(&chosen) {
                 continue;
             }
@@ -176,7 +187,7 @@ pub(crate) fn pieces<const D: usize>(
         let stencils = &summand.stencils;
         let free = &free[summand.first_energy..];
         let step = stencils.batch * PIECE.div_ceil(stencils.batch);
-        for run in stencils.runs(|k| free[k] == wanted) {
+        for run in stencils.runs(0..stencils.count(), |k| free[k] == wanted) {
             for start in run.clone().step_by(step) {
                 let stencils = start..(start + step).min(run.end);
                 pieces.push(Piece { term, stencils });
@@ -195,16 +206,17 @@ struct Finder<'a> {
 }
 
 impl<'a> Finder<'a> {
-    const ROOM: usize = 1 << 12;
-
-    fn new(pattern: &'a BlockPattern) -> Self {
-        let known = vec![(PRESCRIBED, PRESCRIBED, None); Self::ROOM];
+    /// For about so many questions.
+    fn new(pattern: &'a BlockPattern, questions: usize) -> Self {
+        let room = questions.next_power_of_two().clamp(1 << 6, 1 << 12);
+        let known = vec![(PRESCRIBED, PRESCRIBED, None); room];
         Self { pattern, known }
     }
 
     fn find(&mut self, high: u32, low: u32) -> Option<usize> {
         let mixed = (high.wrapping_mul(0x9E37_79B1) >> 7) ^ low;
-        let known = &mut self.known[mixed as usize % Self::ROOM];
+        let place = mixed as usize % self.known.len();
+        let known = &mut self.known[place];
         if (known.0, known.1) != (high, low) {
             *known = (high, low, self.pattern.find(high as usize, low as usize));
         }
@@ -247,7 +259,7 @@ pub(crate) fn extended<'a, const D: usize>(
     dofs: &'a Dofs<D>,
     stencils: impl Iterator<Item = &'a Stencils>,
 ) -> Result<Option<BlockPattern>, AssemblyError> {
-    let mut finder = Finder::new(pattern);
+    let mut finder = Finder::new(pattern, usize::MAX >> 1);
     let mut missing: Vec<(usize, usize)> = stencils
         .flat_map(|s| coupled(s, dofs))
         .filter(|&(high, low)| finder.find(high as u32, low as u32).is_none())
@@ -322,18 +334,34 @@ pub(crate) fn work<const D: usize>(
     dofs: &Dofs<D>,
     pattern: &BlockPattern,
 ) -> Work {
+    let all = 0..stencils.count();
+    work_on(stencils, std::iter::once(all), rows, dofs, Some(pattern))
+}
+
+/// The same of some runs of them, without places in the matrix where no pattern is given.
+pub(crate) fn work_on<const D: usize>(
+    stencils: &Stencils,
+    some: impl Iterator<Item = Range<usize>>,
+    rows: &Range<usize>,
+    dofs: &Dofs<D>,
+    pattern: Option<&BlockPattern>,
+) -> Work {
     let rank = dofs.rank();
-    let first_value = pattern.row_start()[rows.start];
     let ours = |row: u32| row != PRESCRIBED && rows.contains(&(row as usize));
     let touches = |k: usize| stencils.nodes_of(k).iter().any(|&n| ours(rank[n]));
-    let mut finder = Finder::new(pattern);
+    let runs: Vec<Range<usize>> = some.flat_map(|all| stencils.runs(all, touches)).collect();
+    let planned: usize = runs.iter().map(Range::len).sum();
+    let mut matrix = pattern.map(|pattern| {
+        let finder = Finder::new(pattern, planned * pair(stencils.vertices, 0));
+        (finder, pattern.row_start()[rows.start])
+    });
     let mut work = Work {
         runs: Vec::new(),
         rows: Vec::new(),
         places: Vec::new(),
         owned: Vec::new(),
     };
-    for run in stencils.runs(touches) {
+    for run in runs {
         work.runs.push(Run {
             stencils: run.clone(),
             start: work.owned.len(),
@@ -345,6 +373,9 @@ pub(crate) fn work<const D: usize>(
                 let row = rank[node];
                 let local = row.wrapping_sub(rows.start as u32);
                 work.rows.push(if ours(row) { local } else { NONE });
+                let Some((finder, first_value)) = &mut matrix else {
+                    continue;
+                };
                 debug_assert_eq!(work.places.len() % pair(stencils.vertices, 0), pair(a, 0));
                 for &other in &nodes[..=a] {
                     let (high, low) = (row.max(rank[other]), row.min(rank[other]));
@@ -355,18 +386,42 @@ pub(crate) fn work<const D: usize>(
                     };
                     let mark = if row < rank[other] { TRANSPOSED } else { 0 };
                     work.places
-                        .push(place.map_or(NONE, |p| (p - first_value) as u32 | mark));
+                        .push(place.map_or(NONE, |p| (p - *first_value) as u32 | mark));
                 }
             }
             let known = work.owned.len();
             work.rows.resize(known * stencils.vertices, NONE);
-            work.places.resize(known * pair(stencils.vertices, 0), NONE);
+            if matrix.is_some() {
+                work.places.resize(known * pair(stencils.vertices, 0), NONE);
+            }
         }
     }
     // The last batch may not be full.
     let padded = work.owned.len().next_multiple_of(stencils.batch);
     work.rows.resize(padded * stencils.vertices, NONE);
-    work.places
-        .resize(padded * pair(stencils.vertices, 0), NONE);
+    if matrix.is_some() {
+        let pairs = pair(stencils.vertices, 0);
+        work.places.resize(padded * pairs, NONE);
+    }
     work
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every question twice, where each place of what is known serves many.
+    #[test]
+    fn what_is_known_is_the_place_of_what_was_asked() {
+        let rows = 300;
+        let coupled = (0..rows).flat_map(|i| (0..i).step_by(3).map(move |j| (i, j)));
+        let pattern = BlockPattern::from_adjacency(rows, coupled).unwrap();
+        let mut finder = Finder::new(&pattern, 1);
+        for high in 0..rows {
+            for low in (0..=high).chain((0..=high).rev()) {
+                let found = finder.find(high as u32, low as u32);
+                assert_eq!(found, pattern.find(high, low), "{high} {low}");
+            }
+        }
+    }
 }

@@ -99,6 +99,7 @@ impl<const D: usize> Assembly<D> {
         Ok(self.plan_again(&changed, anew)? || any)
     }
 
+    /// What changes is planned where it is evaluated; the others' places move with the pattern.
     fn plan_again(&mut self, changed: &[bool], anew: bool) -> Result<bool, AssemblyError> {
         let before = self.pattern.clone();
         self.find_pattern(changed, anew)?;
@@ -109,13 +110,11 @@ impl<const D: usize> Assembly<D> {
             let first = [&before, &self.pattern].map(|p| p.row_start()[chunk.rows.start]);
             let works = chunk.works.iter_mut().zip(&self.summands).zip(changed);
             for ((work, summand), &changed) in works {
-                match &places {
-                    _ if !changed && same => {}
-                    Some(places) if !changed => work.moved(places, first),
-                    _ => {
-                        let stencils = &summand.stencils;
-                        *work = plan::work(stencils, &chunk.rows, &self.dofs, &self.pattern);
-                    }
+                match (work, &places) {
+                    (None, _) => {}
+                    (Some(_), _) if !changed && same => {}
+                    (Some(work), Some(places)) if !changed => work.moved(places, first),
+                    (work, _) => *work = summand.planned(&chunk.rows, &self.dofs, &self.pattern),
                 }
             }
         }

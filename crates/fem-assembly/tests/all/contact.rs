@@ -52,7 +52,11 @@ fn with_pressure(mesh: &SimplexMesh<3>, gap: f64, pressure: f64) -> Assembly<3> 
 }
 
 /// Blocks that are prescribed below and above, touching each other.
-pub(crate) fn touching(mesh: &SimplexMesh<3>, gap: f64, contact: FleshContact) -> Assembly<3> {
+pub(crate) fn touching(
+    mesh: &SimplexMesh<3>,
+    gap: f64,
+    contact: impl Term<3> + 'static,
+) -> Assembly<3> {
     let rest = mesh.nodes();
     let is_prescribed = |n: &usize| rest[*n][2] == 0.0 || rest[*n][2] > 1.65 + gap;
     let prescribed: Vec<usize> = (0..rest.len()).filter(is_prescribed).collect();
@@ -353,6 +357,57 @@ fn pointed() -> SimplexMesh<3> {
     SimplexMesh::new(nodes, [low, high].concat()).unwrap()
 }
 
+/// The tip of [`pointed`] at this height, turned by so many degrees about itself.
+fn tip(mesh: &SimplexMesh<3>, height: f64, degrees: f64) -> Vec<Point> {
+    let (s, c) = degrees.to_radians().sin_cos();
+    let place = |(n, p): (usize, &Point)| match n {
+        0..4 => *p,
+        _ => [
+            p[0],
+            c * p[1] - s * (p[2] - 1.0),
+            height + s * p[1] + c * (p[2] - 1.0),
+        ],
+    };
+    mesh.nodes().iter().enumerate().map(place).collect()
+}
+
+/// One look finds what is near where a step starts and where it leads. What pushes without a reason
+/// leaves with it, and stays where energies must fall.
+#[test]
+fn a_look_for_a_step_is_a_look_at_its_start_and_one_along_it() {
+    let mesh = pointed();
+    let params = FleshContactParams {
+        margin: 0.05,
+        edges: false,
+        ..PARAMS
+    };
+    let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
+    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
+    let body = AssemblyBuilder::new(&mesh, dofs).unwrap().build().unwrap();
+    let below = |by: f64| -> Vec<Point> {
+        let moved = |n: usize| [0.0, 0.0, if n < 4 { 0.0 } else { -by }];
+        (0..8).map(moved).collect()
+    };
+    let [near, touching] = [0.3, -0.01].map(|height| tip(&mesh, height, 0.0));
+    let aside = tip(&mesh, -0.01, 96.0);
+    let at = |x| body.configuration(x, &[]).unwrap();
+    assert!(contact.renew_for_step(at(&near), &below(0.31)));
+    assert_eq!(contact.pairs(), 1);
+    contact.forget();
+    contact.renew(at(&near));
+    assert_eq!(contact.pairs(), 0);
+    // Turned aside the tip still pushes, and no look would find it.
+    for (drops, left) in [(false, 1), (true, 0)] {
+        contact.renew(at(&touching));
+        assert_eq!(contact.pairs(), 1);
+        let changed = match drops {
+            true => contact.renew_for_step(at(&aside), &below(1e-3)),
+            false => contact.renew_along(at(&aside), &below(1e-3)),
+        };
+        assert_eq!((changed, contact.pairs()), (drops, left));
+    }
+}
+
 /// A pair that comes with a push and goes twice stays as long as it does not clearly face away; one
 /// that is dropped even so stays as long as it is near, until all is forgotten.
 #[test]
@@ -364,19 +419,7 @@ fn a_pair_that_looks_disagree_about_stays() {
         ..PARAMS
     };
     let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
-    // The tip at this height, turned by so many degrees about itself.
-    let turned = |height: f64, degrees: f64| -> Vec<Point> {
-        let (s, c) = degrees.to_radians().sin_cos();
-        let place = |(n, p): (usize, &Point)| match n {
-            0..4 => *p,
-            _ => [
-                p[0],
-                c * p[1] - s * (p[2] - 1.0),
-                height + s * p[1] + c * (p[2] - 1.0),
-            ],
-        };
-        mesh.nodes().iter().enumerate().map(place).collect()
-    };
+    let turned = |height: f64, degrees: f64| tip(&mesh, height, degrees);
     let (far, touching) = (turned(0.8, 0.0), turned(-0.01, 0.0));
     let (aside, away) = (turned(-0.01, 96.0), turned(-0.01, 120.0));
     let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();

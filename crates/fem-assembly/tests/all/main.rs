@@ -1,5 +1,6 @@
 //! One program: kernels of a model are compiled once for all tests that use it.
 
+mod active;
 mod carried_contact;
 mod contact;
 mod derivatives;
