@@ -1,9 +1,10 @@
 //! The numeric factorization.
 
 use super::dense::FactorScalar;
-use super::symbolic::{Orientation, Supernode, SymbolicCholesky};
+use super::fronts::Fronts;
+use super::pool::Pool;
+use super::symbolic::SymbolicCholesky;
 use crate::block_matrix::{BlockPattern, BlockSymmetric};
-use crate::parallel::map;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -51,11 +52,6 @@ pub struct CholeskyFactor<T, const D: usize> {
     pub(super) panels: Vec<T>,
 }
 
-/// Arithmetic below which a subtree is one task.
-pub(super) const TASK_FLOPS: f64 = 2e6;
-/// Deepest nesting of tasks; below, a subtree is done in a loop.
-pub(super) const TASK_DEPTH: usize = 48;
-
 impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
     /// Factors a matrix on the analysed pattern.
     ///
@@ -101,11 +97,15 @@ impl<T: FactorScalar, const D: usize> CholeskyFactor<T, D> {
         check(&symbolic.pattern, matrix, |v| {
             T::from_f64(v).to_f64().is_finite()
         })?;
-        let task = Task { symbolic, matrix };
+        let fronts = Fronts {
+            symbolic,
+            matrix,
+            pool: &Pool::new(),
+        };
         let roots: Vec<usize> = (0..symbolic.supernodes.len())
             .filter(|&s| symbolic.supernodes[s].parent == super::elimination_tree::NO_PARENT)
             .collect();
-        let outcome = task.children(&roots, &mut self.panels, 0);
+        let outcome = fronts.children(&roots, &mut self.panels, 0).map(drop);
         if let Err(error) = outcome {
             self.spoil();
             return Err(error);
@@ -187,153 +187,6 @@ fn check<const D: usize>(
         Some((k, _)) => Err(CholeskyError::NonFinite {
             block_row: row_of(k),
         }),
-    }
-}
-
-struct Task<'a, const D: usize> {
-    symbolic: &'a SymbolicCholesky<D>,
-    matrix: &'a BlockSymmetric<D>,
-}
-
-impl<const D: usize> Task<'_, D> {
-    /// The update matrices of several subtrees, which are neighbors in storage.
-    fn children<T: FactorScalar>(
-        &self,
-        nodes: &[usize],
-        panels: &mut [T],
-        depth: usize,
-    ) -> Result<Vec<Vec<T>>, CholeskyError> {
-        let mut tasks = Vec::with_capacity(nodes.len());
-        let mut rest = panels;
-        for &s in nodes {
-            let (own, tail) = rest.split_at_mut(self.subtree_scalars(s));
-            tasks.push((s, own));
-            rest = tail;
-        }
-        map(tasks, |(s, own)| self.subtree(s, own, depth))
-    }
-
-    fn subtree_scalars(&self, s: usize) -> usize {
-        let node = &self.symbolic.supernodes[s];
-        let end = self
-            .symbolic
-            .supernodes
-            .get(s + 1)
-            .map_or(self.symbolic.panel_scalars, |next| next.panel);
-        end - self.symbolic.supernodes[node.subtree].panel
-    }
-
-    /// Factors the subtree of `s`, whose panels are `panels`, and returns the update matrix of `s`.
-    fn subtree<T: FactorScalar>(
-        &self,
-        s: usize,
-        panels: &mut [T],
-        depth: usize,
-    ) -> Result<Vec<T>, CholeskyError> {
-        let nodes = &self.symbolic.supernodes;
-        let node = &nodes[s];
-        if node.subtree_flops < TASK_FLOPS || depth >= TASK_DEPTH {
-            // Postorder: the updates of the children are the last ones on the stack.
-            let mut stack: Vec<Vec<T>> = Vec::new();
-            let mut rest = panels;
-            for t in node.subtree..=s {
-                let size = nodes[t].height() * nodes[t].width();
-                let (own, tail) = rest.split_at_mut(size);
-                rest = tail;
-                let first = stack.len() - nodes[t].children.len();
-                let update = self.front(&nodes[t], own, &stack[first..])?;
-                stack.truncate(first);
-                stack.push(update);
-            }
-            return Ok(stack.pop().unwrap_or_default());
-        }
-        let own_size = node.height() * node.width();
-        let (below, own) = panels.split_at_mut(panels.len() - own_size);
-        let children: Vec<usize> = node.children.iter().map(|&c| c as usize).collect();
-        let updates = self.children(&children, below, depth + 1)?;
-        self.front(node, own, &updates)
-    }
-
-    /// Assembles and eliminates one front.
-    fn front<T: FactorScalar>(
-        &self,
-        node: &Supernode,
-        panel: &mut [T],
-        updates: &[Vec<T>],
-    ) -> Result<Vec<T>, CholeskyError> {
-        let zero = T::from_f64(0.0);
-        let (height, columns, rows) = (node.height(), node.width(), node.below);
-        panel.fill(zero);
-        for entry in &node.entries {
-            let block = &self.matrix.values()[entry.source as usize];
-            let corner = entry.column as usize * height + entry.row as usize;
-            for c in 0..D {
-                for r in 0..D {
-                    let value = match entry.orientation {
-                        Orientation::AsStored => block[r][c],
-                        Orientation::Transposed => block[c][r],
-                    };
-                    panel[corner + c * height + r] = T::from_f64(value);
-                }
-            }
-        }
-        let stored = self.matrix.values().as_flattened().as_flattened();
-        for piece in &node.pieces {
-            panel[piece.to] = T::from_f64(stored[piece.source]);
-        }
-        let mut update = vec![zero; rows * rows];
-        for (&child, values) in node.children.iter().zip(updates) {
-            extend_add(
-                &self.symbolic.supernodes[child as usize],
-                values,
-                panel,
-                &mut update,
-                columns,
-                rows,
-            );
-        }
-        T::eliminate(panel, height, columns, &mut update).map_err(|column| {
-            let place = self.symbolic.places[node.scalars.start + column];
-            CholeskyError::NotPositiveDefinite {
-                block_row: place / D,
-                axis: place % D,
-            }
-        })?;
-        Ok(update)
-    }
-}
-
-/// Adds a child's update matrix into its parent's front, lower half.
-fn extend_add<T: FactorScalar>(
-    child: &Supernode,
-    values: &[T],
-    panel: &mut [T],
-    update: &mut [T],
-    columns: usize,
-    rows: usize,
-) {
-    let child_rows = child.below;
-    let height = columns + rows;
-    for (at, column_run) in child.runs.iter().enumerate() {
-        for c in 0..column_run.len as usize {
-            let from = column_run.from as usize + c;
-            let to = column_run.to as usize + c;
-            let source = &values[from * child_rows..(from + 1) * child_rows];
-            for (k, row_run) in child.runs[at..].iter().enumerate() {
-                // In the run of the column itself, start at the diagonal.
-                let skip = if k == 0 { c } else { 0 };
-                let len = row_run.len as usize - skip;
-                let (row_from, row_to) = (row_run.from as usize + skip, row_run.to as usize + skip);
-                let target = if to < columns {
-                    &mut panel[to * height + row_to..][..len]
-                } else {
-                    &mut update[(to - columns) * rows + row_to - columns..][..len]
-                };
-                for (t, s) in target.iter_mut().zip(&source[row_from..row_from + len]) {
-                    *t += *s;
-                }
-            }
-        }
     }
 }
 

@@ -7,8 +7,12 @@
 
 mod amalgamation;
 mod dense;
+mod eliminate;
 mod elimination_tree;
 mod factor;
+mod fronts;
+mod half;
+mod pool;
 mod refine;
 mod scalars;
 mod solve;

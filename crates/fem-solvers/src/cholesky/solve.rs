@@ -2,7 +2,8 @@
 
 use super::dense::FactorScalar;
 use super::elimination_tree::NO_PARENT;
-use super::factor::{CholeskyFactor, TASK_DEPTH};
+use super::factor::CholeskyFactor;
+use super::fronts::TASK_DEPTH;
 use super::symbolic::Supernode;
 use crate::parallel::map;
 use faer::{MatMut, MatRef};
