@@ -13,6 +13,7 @@ mod newton;
 mod one_sided;
 mod pcg;
 mod prepared;
+mod promise;
 mod rosenbrock;
 mod rounded_energy;
 mod scales;

@@ -1,7 +1,8 @@
 //! A problem is asked what nothing determines when a solve has failed, and never otherwise.
 
+use crate::promise::{Newton, Summed};
 use fem_kinematics::HessianProjection;
-use fem_solvers::{BlockPattern, BlockSymmetric, Newton, NewtonParams, NonlinearProblem, Watch};
+use fem_solvers::{BlockPattern, BlockSymmetric, NewtonParams, NonlinearProblem, Watch};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -43,6 +44,12 @@ impl NonlinearProblem<1> for Quartic {
     fn undetermined(&self, x: &[f64]) -> Option<String> {
         self.asked.set(self.asked.get() + 1);
         Some(format!("it slides at {}", x[0]))
+    }
+}
+
+impl Summed<1> for Quartic {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![x[0] * x[0] * x[0], -self.force]]
     }
 }
 
