@@ -196,6 +196,7 @@ struct Line {
     said: f64,
     offset: f64,
     least: f64,
+    longest: f64,
     merit: Merit,
 }
 
@@ -205,6 +206,7 @@ fn line(said: f64) -> Line {
         said,
         offset: 0.0,
         least: f64::NEG_INFINITY,
+        longest: f64::INFINITY,
         merit: Merit::Energy,
     }
 }
@@ -230,6 +232,9 @@ impl NonlinearProblem<1> for Line {
     }
     fn merit(&self) -> Merit {
         self.merit
+    }
+    fn largest_step(&self, _: &[f64], _: &[f64]) -> f64 {
+        self.longest
     }
 }
 
@@ -311,4 +316,17 @@ fn a_smaller_residual_outside_the_domain_is_no_progress() {
     assert!(seen.iter().all(|s| s.energy < f64::INFINITY), "{seen:?}");
     assert_eq!(seen[1].t, 0.5);
     assert!(end.is_none() && (x - 1.0).abs() < 1e-7);
+}
+
+#[test]
+fn no_step_is_improved_beyond_the_longest() {
+    // Said to be four times as stiff: three times the step would be better.
+    for (longest, t) in [(f64::INFINITY, 3.0), (3.5, 3.0), (2.9, 1.0), (0.5, 0.5)] {
+        let problem = Line {
+            longest,
+            ..line(4.0)
+        };
+        let seen = along(&problem, 3.0, 1).1;
+        assert!((seen[1].t - t).abs() < 1e-12, "{longest}: {}", seen[1].t);
+    }
 }
