@@ -181,4 +181,5 @@ fn a_residual_is_the_root_mean_square_of_its_groups() {
     let mut theta = [1.0 + 1e-9];
     let info = gauss_newton(&mut Groups, &mut theta, &strict).unwrap();
     assert!((theta[0] - 1.0).abs() < 1.1e-9, "{theta:?} {info:?}");
+    assert!(info.residual_evaluations <= 2, "{info:?}");
 }

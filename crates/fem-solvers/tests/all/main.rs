@@ -12,6 +12,7 @@ mod multigrid_columns;
 mod newton;
 mod one_sided;
 mod pcg;
+mod pcg_limits;
 mod prepared;
 mod promise;
 mod rosenbrock;

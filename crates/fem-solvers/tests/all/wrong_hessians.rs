@@ -289,18 +289,15 @@ fn where_energies_cannot_tell_a_gradient_must_fall_by_a_tenth() {
     assert!(!failed(20.0, 1e4, 1.0001));
 }
 
-/// x goes to 2 − x, which is as far from the end.
+/// x goes nearly to 2 − x, which is nearly as far from the end: by 4e-5 of it, where 1e-4 are asked for.
 #[test]
-fn a_residual_as_large_as_before_is_no_progress() {
+fn a_residual_nearly_as_large_as_before_is_no_progress() {
     let problem = Line {
         merit: Merit::ResidualNorm,
-        ..line(0.5)
+        ..line(0.50001)
     };
     let (x, seen, end) = along(&problem, 3.0, 5);
-    assert!(
-        end.is_none() && (x - 1.0).abs() < 1e-12 && seen.len() == 2,
-        "{x} {seen:?}"
-    );
+    assert!(end.is_none() && (x - 1.0).abs() < 1e-7, "{x} {seen:?}");
     assert_eq!(seen[1].t, 0.5);
 }
 

@@ -103,6 +103,20 @@ fn a_column_starts_again_from_where_it_stands() {
     assert!(share < 3e-3, "{share:e}");
 }
 
+/// Four iterations from each start, however little the last ones gained.
+#[test]
+fn an_estimate_takes_four_iterations_from_every_start() {
+    let system = stretched(1.0);
+    let b: Vec<[f64; 1]> = (0..20).map(|k| [1.0 + 0.1 * f64::from(k)]).collect();
+    let mut iterate = Iterate::new(b.clone());
+    assert!(iterate.run(&system, 1e-3, 100).unwrap());
+    let first = iterate.longest();
+    // To go on, it is asked for more.
+    assert!(iterate.look(&system, &b, 1e-12).unwrap() > 1e-12);
+    assert!(iterate.run(&system, 1e-3, 100).unwrap());
+    assert_eq!(iterate.longest(), first + 4);
+}
+
 #[test]
 fn the_largest_error_of_all_columns_is_told() {
     let of = |iterations, error| SolveManyInfo { iterations, error };
