@@ -4,9 +4,13 @@ use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{AssemblyBuilder, Configuration, Dofs, EnergySink, GradientSink, HessianSink};
 use fem_assembly::{Gravity, Quasistatic, Stencils, Term};
 use fem_materials::{HessianProjection, NeoHookean};
-use fem_solvers::{Newton, NewtonParams};
+use fem_solvers::NewtonParams;
+use promise::Newton;
 use std::ops::Range;
 use std::sync::{Arc, RwLock};
+
+#[path = "../tests/all/promise.rs"]
+mod promise;
 
 const STEP: f64 = 0.01; // h, seconds
 const DENSITY: f64 = 1000.0;

@@ -10,7 +10,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(crate) struct Active(Vec<Option<Vec<usize>>>);
 
 /// What was active last, and where: energy, forces and matrix of one place follow each other.
-pub(crate) struct Remembered<const D: usize>(Mutex<Option<(Vec<[f64; D]>, Arc<Active>)>>);
+pub(crate) struct Remembered<const D: usize>(Mutex<Option<Last<D>>>);
+
+/// Positions, and what is active there.
+type Last<const D: usize> = (Vec<[f64; D]>, Arc<Active>);
 
 impl<const D: usize> Remembered<D> {
     pub fn nothing() -> Self {
@@ -79,10 +82,13 @@ mod tests {
     #[test]
     fn runs_hold_what_is_active_and_nothing_else() {
         let active = Active(vec![None, Some(vec![0, 1, 4, 7, 8, 9]), Some(Vec::new())]);
-        let of = |term, run: Range<usize>| active.runs(term, run).collect::<Vec<_>>();
-        assert_eq!(of(0, 3..9), [3..9]);
-        assert_eq!(of(1, 0..10), [0..2, 4..5, 7..10]);
-        assert_eq!(of(1, 1..9), [1..2, 4..5, 7..9]);
+        let of = |term, run: Range<usize>| {
+            let runs = active.runs(term, run).map(|run| (run.start, run.end));
+            runs.collect::<Vec<_>>()
+        };
+        assert_eq!(of(0, 3..9), [(3, 9)]);
+        assert_eq!(of(1, 0..10), [(0, 2), (4, 5), (7, 10)]);
+        assert_eq!(of(1, 1..9), [(1, 2), (4, 5), (7, 9)]);
         assert_eq!(of(1, 2..4), []);
         assert_eq!(of(2, 0..10), []);
     }

@@ -451,30 +451,34 @@ impl<const D: usize> Assembly<D> {
         let mut sums = vec![[0.0; D]; self.rest.len()];
         let active = self.active.at(&self.summands, at.into());
         for (term, summand) in self.summands.iter().enumerate() {
-            let nodes = &summand.stencils.nodes;
-            let mut rows: Vec<u32> = nodes.iter().map(|&n| n as u32).collect();
-            let whole = summand.stencils.batch * summand.stencils.vertices;
-            rows.resize(rows.len().next_multiple_of(whole), NONE);
-            let mut sink = GradientSink {
-                first: 0,
-                vertices: summand.stencils.vertices,
-                scale: 1.0,
-                rows: &rows,
-                nodes,
-                sums: &mut sums,
-                owned: &[],
-                first_energy: summand.first_energy,
-                energies: None,
-                summed: Summed::AsTheyAre,
-            };
-            for stencils in active.runs(term, 0..summand.stencils.count()) {
-                work(summand, stencils, &mut sink);
-            }
+            let runs = active.runs(term, 0..summand.stencils.count());
+            add_everywhere(summand, runs, &work, &mut sums);
         }
         sums
     }
 
-    fn count(&self, pass: Pass, stencils: impl Fn(&Summand<D>) -> u64) {
+    /// Hessian times displacement and ∂E/∂x of one term at every node.
+    pub(crate) fn everywhere_of(
+        &self,
+        summand: &Summand<D>,
+        at: Configuration<D>,
+        displacement: &[[f64; D]],
+    ) -> (Vec<[f64; D]>, Vec<[f64; D]>) {
+        let mut met = vec![[0.0; D]; self.rest.len()];
+        let mut pulls = met.clone();
+        let product = |summand: &Summand<D>, stencils, sink: &mut GradientSink<D>| {
+            (summand.term).hessian_vector(at, displacement, stencils, sink);
+        };
+        let gradient = |summand: &Summand<D>, stencils, sink: &mut GradientSink<D>| {
+            summand.term.gradient(at, stencils, sink);
+        };
+        let all = || std::iter::once(0..summand.stencils.count());
+        add_everywhere(summand, all(), &product, &mut met);
+        add_everywhere(summand, all(), &gradient, &mut pulls);
+        (met, pulls)
+    }
+
+    pub(crate) fn count(&self, pass: Pass, stencils: impl Fn(&Summand<D>) -> u64) {
         for summand in &self.summands {
             self.counter.add(pass, summand.cost, stencils(summand));
         }
@@ -544,5 +548,33 @@ impl<const D: usize> Assembly<D> {
         } else {
             f64::INFINITY
         }
+    }
+}
+
+/// Runs `work` on stencils of a term, adding at the nodes' own places.
+fn add_everywhere<const D: usize>(
+    summand: &Summand<D>,
+    runs: impl Iterator<Item = std::ops::Range<usize>>,
+    work: &impl Fn(&Summand<D>, std::ops::Range<usize>, &mut GradientSink<D>),
+    sums: &mut [[f64; D]],
+) {
+    let nodes = &summand.stencils.nodes;
+    let mut rows: Vec<u32> = nodes.iter().map(|&n| n as u32).collect();
+    let whole = summand.stencils.batch * summand.stencils.vertices;
+    rows.resize(rows.len().next_multiple_of(whole), NONE);
+    let mut sink = GradientSink {
+        first: 0,
+        vertices: summand.stencils.vertices,
+        scale: 1.0,
+        rows: &rows,
+        nodes,
+        sums,
+        owned: &[],
+        first_energy: summand.first_energy,
+        energies: None,
+        summed: Summed::AsTheyAre,
+    };
+    for stencils in runs {
+        work(summand, stencils, &mut sink);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::configuration::Configuration;
+use crate::evaluations::Pass;
 
 /// Nodes that hang together, and how they can move with nothing to stop them.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +40,14 @@ pub enum RigidMotion<const D: usize> {
 /// Share of a part's constraints or stiffness below which a motion meets none.
 const NOTHING: f64 = 1e-12;
 
+/// What the terms with a stiffness do, node by node.
+struct Resistance<const D: usize> {
+    /// Does a displacement meet any force?
+    resisted: Vec<bool>,
+    /// ∂E/∂x, newtons.
+    forces: Vec<[f64; D]>,
+}
+
 /// Translations, then rotations about `middle` over `size`: u = t + ω × (x − middle)/size, of unit size.
 struct RigidMotions<const D: usize> {
     middle: [f64; D],
@@ -73,6 +82,17 @@ impl<const D: usize> RigidMotions<D> {
             let (i, j) = Self::turned(m - D);
             u[i] = -(x[j] - self.middle[j]) / self.size;
             u[j] = (x[i] - self.middle[i]) / self.size;
+        }
+        u
+    }
+
+    /// ω × v of the same combination.
+    fn turned_by(&self, weights: &[f64], v: &[f64; D]) -> [f64; D] {
+        let mut u = [0.0; D];
+        for (r, w) in weights[D..].iter().enumerate() {
+            let (i, j) = Self::turned(r);
+            u[i] -= w * v[j] / self.size;
+            u[j] += w * v[i] / self.size;
         }
         u
     }
@@ -133,8 +153,8 @@ impl<const D: usize> RigidMotions<D> {
 
 impl<const D: usize> Assembly<D> {
     /// The parts that can move as a whole at `at`, to first order: neither prescribed coordinates nor
-    /// the curvature of any term stop them. Loads do not hold anything, and an obstacle that is not
-    /// touched does not either; a stressed part that only turns counts as held.
+    /// the curvature of any term along the motion stop them, forces within the part turning with it.
+    /// Loads do not hold anything, and an obstacle that is not touched does not either.
     ///
     /// Nodes hang together where a term couples them; a prescribed node holds what is coupled to it but
     /// does not pass the hold on. A part without any stiffness is among them wherever it is prescribed.
@@ -146,11 +166,11 @@ impl<const D: usize> Assembly<D> {
                 nodes[part].push(node);
             }
         }
-        let resisted = self.resistance(at);
-        let limp = |nodes: &[usize]| nodes.iter().all(|&n| resisted[n] == [0.0; D]);
+        let held = self.resistance(at);
+        let limp = |nodes: &[usize]| nodes.iter().all(|&n| !held.resisted[n]);
         let parts = nodes.iter().zip(&anchors).filter(|(n, _)| !n.is_empty());
         parts
-            .filter_map(|(n, anchors)| self.free_part(at, n, anchors, limp(n)))
+            .filter_map(|(n, anchors)| self.free_part(at, n, anchors, limp(n), &held.forces))
             .collect()
     }
 
@@ -189,6 +209,7 @@ impl<const D: usize> Assembly<D> {
         nodes: &[usize],
         anchors: &[usize],
         limp: bool,
+        forces: &[[f64; D]],
     ) -> Option<FreePart<D>> {
         let x = at.positions();
         let anchors = if limp { &[] } else { anchors };
@@ -210,7 +231,7 @@ impl<const D: usize> Assembly<D> {
             }
         }
         let kept = null_space(gram, count, 1.0);
-        let free = self.without_stiffness(at, nodes, &rigid, kept);
+        let free = self.without_stiffness(at, nodes, &rigid, kept, forces);
         let coupled = |s: &crate::plan::Summand<D>| s.stencils.nodes.contains(&nodes[0]);
         let alone = nodes.len() == 1 && !self.summands.iter().any(coupled);
         (limp || !free.is_empty()).then(|| FreePart {
@@ -222,16 +243,32 @@ impl<const D: usize> Assembly<D> {
         })
     }
 
-    /// What uneven displacements of all free nodes meet, newtons: no sum of stiffnesses that are not 0
-    /// cancels for them, so only a part without any meets nothing.
-    fn resistance(&self, at: Configuration<D>) -> Vec<[f64; D]> {
+    /// Where uneven displacements of all free nodes meet a force: no sum of stiffnesses that are not 0
+    /// cancels for them, so only a part without any meets nothing. What meets none in a single term is a
+    /// load there, whose force is left out.
+    fn resistance(&self, at: Configuration<D>) -> Resistance<D> {
         let uneven = |k: usize| (0.618_033_988_749_895 * (k + 1) as f64).fract() - 0.5;
         let of = |node: usize| match self.dofs.row(node) {
             Some(_) => std::array::from_fn(|axis| uneven(node * D + axis)),
             None => [0.0; D],
         };
         let u: Vec<[f64; D]> = (0..self.rest.len()).map(of).collect();
-        self.trusted_hessian_vector_everywhere(at, &u)
+        self.count(Pass::Product, |summand| summand.all(at.controls()));
+        self.count(Pass::Gradient, |summand| summand.all(at.controls()));
+        let mut held = Resistance {
+            resisted: vec![false; u.len()],
+            forces: vec![[0.0; D]; u.len()],
+        };
+        for summand in &self.summands {
+            let (met, pulls) = self.everywhere_of(summand, at, &u);
+            for (node, pull) in pulls.iter().enumerate() {
+                if met[node] != [0.0; D] {
+                    held.resisted[node] = true;
+                    (0..D).for_each(|k| held.forces[node][k] += pull[k]);
+                }
+            }
+        }
+        held
     }
 
     /// (node, axis) of every prescribed coordinate that a part feels.
@@ -254,13 +291,16 @@ impl<const D: usize> Assembly<D> {
         prescribed
     }
 
-    /// Combinations of `motions` along which no term has any curvature.
+    /// Combinations of `motions` along which no term has any curvature: the second derivatives of the
+    /// energy by rigid motions, u_a · K u_b + f · ½ (ω_a × u_b + ω_b × u_a), are 0 there. The second part
+    /// belongs to the way around, which is no straight one; without it stresses hold what turns.
     fn without_stiffness(
         &self,
         at: Configuration<D>,
         nodes: &[usize],
         rigid: &RigidMotions<D>,
         motions: Vec<Vec<f64>>,
+        forces: &[[f64; D]],
     ) -> Vec<Vec<f64>> {
         let (n, x) = (motions.len(), at.positions());
         let mut curvature = vec![0.0; n * n];
@@ -270,11 +310,16 @@ impl<const D: usize> Assembly<D> {
             for &node in nodes {
                 u[node] = rigid.combined(of_b, &x[node]);
             }
-            let forces = self.trusted_hessian_vector_everywhere(at, &u);
+            let met = self.trusted_hessian_vector_everywhere(at, &u);
             for (a, of_a) in motions.iter().enumerate() {
                 let work = nodes.iter().map(|&node| {
                     let along = rigid.combined(of_a, &x[node]);
-                    (0..D).map(|k| along[k] * forces[node][k]).sum::<f64>()
+                    let [ab, ba] =
+                        [(of_a, &u[node]), (of_b, &along)].map(|(w, v)| rigid.turned_by(w, v));
+                    let around = |k: usize| 0.5 * (ab[k] + ba[k]) * forces[node][k];
+                    (0..D)
+                        .map(|k| along[k] * met[node][k] + around(k))
+                        .sum::<f64>()
                 });
                 curvature[a * n + b] = work.sum();
             }

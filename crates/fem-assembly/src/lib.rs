@@ -46,6 +46,8 @@ pub mod mesh;
 mod patches;
 mod plan;
 #[cfg(test)]
+extern crate self as fem_assembly; // as `promise.rs` of the tests calls it
+#[cfg(test)]
 mod portable_tests;
 mod predictor;
 mod quasistatic;

@@ -5,7 +5,11 @@ use crate::{AssemblyBuilder, Dofs, Fiber, Quasistatic};
 use fem_kinematics::portable_only;
 use fem_materials::curves::PhysBam;
 use fem_materials::{FiberLaw, NeoHookean};
-use fem_solvers::{MultigridDirection, MultigridParams, Newton, NewtonParams, ProjectionPolicy};
+use fem_solvers::{MultigridDirection, MultigridParams, NewtonParams, ProjectionPolicy};
+use promise::Newton;
+
+#[path = "../tests/all/promise.rs"]
+mod promise;
 
 /// Where a twisted bar with a muscle ends up.
 fn solved(multigrid: bool, projection: ProjectionPolicy) -> Vec<[f64; 3]> {
@@ -42,14 +46,15 @@ fn solved(multigrid: bool, projection: ProjectionPolicy) -> Vec<[f64; 3]> {
         projection,
         ..NewtonParams::default()
     };
-    let mut newton = Newton::new(&problem);
-    if multigrid {
+    let mut newton = if multigrid {
         let params = MultigridParams {
             coarsest: 20,
             ..MultigridParams::default()
         };
-        newton = newton.directed_by(MultigridDirection::<3, 6>::new(params));
-    }
+        Newton::with_direction(&problem, MultigridDirection::<3, 6>::new(params))
+    } else {
+        Newton::new(&problem)
+    };
     let done = newton.solve(&problem, &mut x, &params).unwrap();
     assert!(done.iterations > 2);
     problem.positions(&x).unwrap()

@@ -3,6 +3,7 @@
 use crate::assembly::Assembly;
 use crate::configuration::Configuration;
 use crate::error::AssemblyError;
+use crate::free_parts::FreePart;
 use crate::rigid_motions::rigid_motions;
 use fem_materials::HessianProjection;
 use fem_solvers::{BlockPattern, BlockSymmetric, Merit, NearKernel, NonlinearProblem};
@@ -78,14 +79,10 @@ impl<'a, const D: usize> Quasistatic<'a, D> {
         }
     }
 
-    /// What is free at rest: a stressed part that only turns would count as held.
+    /// What is free at rest.
     fn free(&self) -> Option<AssemblyError> {
         let at = Configuration::trusted(self.assembly.rest(), &self.controls);
-        let parts = self.assembly.free_motions(at);
-        Some(AssemblyError::Free {
-            part: parts.first()?.to_string(),
-            others: parts.len() - 1,
-        })
+        named(&self.assembly.free_motions(at))
     }
 
     /// The same with lists that were checked before.
@@ -228,9 +225,18 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
         floor.iter_mut().for_each(|f| *f *= 4.0 * f64::EPSILON);
         Some(floor)
     }
-    /// The parts that nothing holds ([`Assembly::free_motions`]).
-    fn undetermined(&self) -> Option<String> {
-        self.free().map(|free| free.to_string())
+    /// The parts that nothing holds at `x` ([`Assembly::free_motions`]): what came to touch holds, what
+    /// let go does not. Where a part is held at rest, that is said.
+    fn undetermined(&self, x: &[f64]) -> Option<String> {
+        let positions = self.trusted_positions(x);
+        let at = Configuration::trusted(&positions, &self.controls);
+        let parts = self.assembly.free_motions(at);
+        let free = named(&parts)?;
+        let at_rest = Configuration::trusted(self.assembly.rest(), &self.controls);
+        let at_rest = self.assembly.free_motions(at_rest);
+        let was_free = at_rest.iter().any(|p| p.first_node == parts[0].first_node);
+        let before = if was_free { "" } else { "held at rest, but " };
+        Some(format!("{before}where the solve ended, {free}"))
     }
     /// The translations and the infinitesimal rotations of the free nodes where they are now, 3 in the
     /// plane and 6 in space, zero at prescribed axes.
@@ -248,4 +254,11 @@ impl<const D: usize> NonlinearProblem<D> for Quasistatic<'_, D> {
                 .collect(),
         )
     }
+}
+
+fn named<const D: usize>(parts: &[FreePart<D>]) -> Option<AssemblyError> {
+    Some(AssemblyError::Free {
+        part: parts.first()?.to_string(),
+        others: parts.len() - 1,
+    })
 }

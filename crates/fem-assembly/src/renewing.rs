@@ -304,8 +304,8 @@ impl<const D: usize> NonlinearProblem<D> for Renewing<'_, D> {
     fn gradient_rounding(&self, x: &[f64]) -> Option<Vec<f64>> {
         self.asked(|p| p.gradient_rounding(x))
     }
-    fn undetermined(&self) -> Option<String> {
-        self.asked(|p| p.undetermined())
+    fn undetermined(&self, x: &[f64]) -> Option<String> {
+        self.asked(|p| p.undetermined(x))
     }
     fn near_kernel(&self, x: &[f64]) -> NearKernel {
         self.asked(|p| p.near_kernel(x))

@@ -6,7 +6,7 @@ use crate::row::Evidence;
 use fem_assembly::Quasistatic;
 use fem_assembly::mesh::SimplexMesh;
 use fem_kinematics::Mat;
-use fem_solvers::{BlockSymmetric, HessianProjection, NewtonParams, NonlinearProblem, StopReason};
+use fem_solvers::{NewtonParams, StopReason};
 
 /// A sum that keeps what its additions lose (Neumaier 1974).
 #[derive(Clone, Copy, Default)]
@@ -133,7 +133,7 @@ fn pressures(body: &Body, x: &[[f64; 3]]) -> Option<Vec<f64>> {
 }
 
 /// Compares the forces that are left at the free unknowns with what a stop says of them, and gives the
-/// worst. Where nobody says which test was met, [`StopReason::Rounding`] is the weakest promise.
+/// worst ([`workbench::promise::left`]).
 pub fn kept(
     problem: &Quasistatic<'_, 3>,
     x: &[f64],
@@ -141,67 +141,11 @@ pub fn kept(
     params: &NewtonParams,
     stop: StopReason,
 ) -> Result<Evidence, Failure> {
-    let floor = rounding(problem, x);
-    let promised = |i: usize, share: f64| match stop {
-        StopReason::Gradient => params.gradient_tolerance,
-        StopReason::RelativeGradient => share,
-        StopReason::Rounding => share.max(floor[i]),
-        // A step tolerance promises no force.
-        _ => f64::NAN,
-    };
-    worst(problem, x, everywhere, params, &floor, promised)
-}
-
-fn worst(
-    problem: &Quasistatic<'_, 3>,
-    x: &[f64],
-    everywhere: &[[f64; 3]],
-    params: &NewtonParams,
-    floor: &[f64],
-    promised: impl Fn(usize, f64) -> f64,
-) -> Result<Evidence, Failure> {
-    let dofs = problem.assembly().dofs();
-    let left = dofs.gather(everywhere)?;
-    let scales = problem.gradient_scales(x);
-    let mut worst = Evidence::default();
-    for (i, force) in left.iter().enumerate() {
-        let node = dofs.node_of_row()[i / 3] as usize;
-        if dofs.is_prescribed(node, i % 3) {
-            continue;
-        }
-        let scale = params.reference.or_else(|| Some(scales.as_ref()?[i]));
-        let share = params.relative_gradient_tolerance * scale.unwrap_or(0.0);
-        let share = params.gradient_tolerance.max(share);
-        worst = worst.and(Evidence {
-            left: force.abs(),
-            // Another order of the sums has another rounding.
-            allowed: promised(i, share) + floor[i],
-            ..Evidence::default()
-        });
-    }
-    Ok(worst)
-}
-
-/// 4 ε times Σⱼ |Kᵢⱼ| |xⱼ|, and what the problem says of its own sums, whichever is larger (N).
-fn rounding(problem: &Quasistatic<'_, 3>, x: &[f64]) -> Vec<f64> {
-    let pattern = problem.assembly().pattern();
-    let mut matrix = BlockSymmetric::<3>::zeros(pattern.clone());
-    problem.hessian(x, HessianProjection::None, &mut matrix);
-    let mut sums = vec![0.0; x.len()];
-    for row in 0..pattern.blocks() {
-        for (k, &column) in (pattern.row_start()[row]..).zip(pattern.row(row)) {
-            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-                let (r, c) = (3 * row + i, 3 * column as usize + j);
-                let entry = matrix.values()[k][i][j].abs();
-                sums[r] += entry * x[c].abs();
-                if row != column as usize {
-                    sums[c] += entry * x[r].abs();
-                }
-            }
-        }
-    }
-    let own = problem.gradient_rounding(x);
-    let own = own.unwrap_or_else(|| vec![0.0; x.len()]);
-    let floor = |(own, sum): (f64, f64)| own.max(4.0 * f64::EPSILON * sum);
-    own.into_iter().zip(sums).map(floor).collect()
+    let all = workbench::promise::left(problem, x, everywhere, params, stop)?;
+    let evidence = all.into_iter().map(|(left, allowed)| Evidence {
+        left,
+        allowed,
+        ..Evidence::default()
+    });
+    Ok(evidence.fold(Evidence::default(), Evidence::and))
 }

@@ -4,6 +4,7 @@
 #![allow(non_snake_case)]
 
 pub mod numbers;
+pub mod promise;
 pub mod report;
 pub mod scenes;
 pub mod shared;

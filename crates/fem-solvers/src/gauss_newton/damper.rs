@@ -99,6 +99,8 @@ mod tests {
         let mut relative = Damper::new(Damping::Marquardt { initial: 0.5 });
         let added = relative.vector(&model(&[0.0; 4]));
         assert_eq!(added, Some(vec![0.5e-12; 2]));
+        let mut absolute = Damper::new(Damping::Levenberg { initial: 0.5 });
+        assert_eq!(absolute.vector(&model(&[0.0; 4])), Some(vec![0.5; 2]));
     }
 
     #[test]
@@ -122,5 +124,34 @@ mod tests {
         assert!(damper.lambda < 1.0, "{}", damper.lambda);
         damper.accept(1.0);
         assert!(!damper.cuts_short(5.0));
+    }
+    /// λ max(1/3, min(2, 1 − (2 ρ − 1)³)) after a gain of ρ times the predicted one, and 2, 4, 8 times as much
+    /// after failures in a row (Nielsen 1999).
+    #[test]
+    fn damping_follows_gains_and_failures_by_its_closed_form() {
+        let mut damper = Damper::new(Damping::Marquardt { initial: 1.0 });
+        damper.vector(&model(&[1.0; 4]));
+        let mut expected = 1.0;
+        for (ratio, factor) in [
+            (1.0, 1.0 / 3.0),
+            (0.5, 1.0),
+            (0.25, 1.125),
+            (0.75, 0.875),
+            (0.0, 2.0),
+            (-1.0, 2.0),
+        ] {
+            for growth in [2.0, 4.0, 8.0] {
+                damper.reject();
+                expected *= growth;
+                assert_eq!(damper.lambda, expected);
+            }
+            damper.accept(ratio);
+            expected *= factor;
+            assert!((damper.lambda / expected - 1.0).abs() < 1e-14, "{ratio}");
+            expected = damper.lambda;
+        }
+        damper.lambda = 2e-15;
+        damper.accept(1.0);
+        assert_eq!(damper.lambda, 1e-15);
     }
 }

@@ -321,4 +321,46 @@ mod tests {
         let normal = model().reduced(StepMethod::NormalEquations, &theta, None);
         assert_eq!(normal.m, ROWS);
     }
+    /// ½|r + J d|² + ½ Σ w (e + d)² at 0 and at d.
+    #[test]
+    fn a_decrease_is_the_difference_of_two_costs() {
+        let (r, j) = ([1.0, -2.0, 0.5], [1.0, 2.0, 0.0, -1.0, 0.0, 3.0]);
+        let (w, e, d) = ([2.0, 5.0], [0.3, -0.4], [0.7, -0.2]);
+        let cost = |d: &[f64; 2]| {
+            let data = (0..3).map(|i| (r[i] + j[i] * d[0] + j[3 + i] * d[1]).powi(2));
+            let prior = (0..2).map(|k| w[k] * (e[k] + d[k]).powi(2));
+            0.5 * (data.sum::<f64>() + prior.sum::<f64>())
+        };
+        let model = Model::new(2, &r, &j, Some((&w, &e)));
+        let expected = cost(&[0.0; 2]) - cost(&d);
+        assert!((model.decrease(&d) - expected).abs() < 1e-14);
+    }
+
+    /// Columns that are one to within rounding: of 4,000 rows ε times 4,000, and as a triangle no less.
+    #[test]
+    fn a_loss_of_rank_is_judged_by_all_rows_and_named() {
+        let rows = 4_000;
+        let column: Vec<f64> = (0..rows).map(wave).collect();
+        let nearly = |k: usize| column[k] * (1.0 + 3e-13 * wave(3 * k + 1));
+        // Nothing, a column, and nearly that column.
+        let mut j = vec![0.0; rows];
+        j.extend_from_slice(&column);
+        j.extend((0..rows).map(nearly));
+        let r = vec![1.0; rows];
+        let of = |j: &[f64], n: usize| {
+            let model = Model::new(n, &r, j, None).reduced(StepMethod::Qr, &[0.0; 3][..n], None);
+            assert!(model.m < rows);
+            model.step(StepMethod::Qr, &[0.0; 3][..n], None, None)
+        };
+        assert_eq!(of(&j[rows..], 2).unwrap_err().rank, 1);
+        // The one that has no effect is named, which is not the last.
+        j[2 * rows..].copy_from_slice(&r);
+        let lost = of(&j, 3).unwrap_err();
+        assert_eq!((lost.rank, lost.parameter), (2, 0));
+        // A pivot of ε is rounding: (1, 0) and (1, 2⁻²⁶).
+        let j = [1.0, 0.0, 1.0, 2.0_f64.powi(-26)];
+        let model = Model::new(2, &[1.0; 2], &j, None);
+        let lost = model.step(StepMethod::NormalEquations, &[0.0; 2], None, None);
+        assert_eq!(lost.unwrap_err().parameter, 1);
+    }
 }

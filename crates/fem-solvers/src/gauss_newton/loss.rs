@@ -58,3 +58,31 @@ impl Loss {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Loss;
+
+    #[test]
+    fn losses_are_their_closed_forms_and_weights_their_slopes() {
+        let scale = 3.0;
+        // Of residuals 1 and 6.
+        for (loss, near, far) in [
+            (Loss::Square, 1.0, 36.0),
+            (Loss::Huber { scale }, 1.0, 2.0 * 3.0 * 6.0 - 9.0),
+            (
+                Loss::Cauchy { scale },
+                9.0 * (10.0_f64 / 9.0).ln(),
+                9.0 * 5.0_f64.ln(),
+            ),
+            (Loss::GemanMcClure { scale }, 0.9, 36.0 / 5.0),
+        ] {
+            for (s, value) in [(1.0, near), (36.0, far)] {
+                assert!((loss.value(s) - value).abs() < 1e-14, "{loss:?} {s}");
+                let h = 1e-5 * s;
+                let slope = (loss.value(s + h) - loss.value(s - h)) / (2.0 * h);
+                assert!((loss.weight(s) - slope).abs() < 1e-9, "{loss:?} {s}");
+            }
+        }
+    }
+}

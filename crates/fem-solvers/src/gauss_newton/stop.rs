@@ -92,4 +92,51 @@ mod tests {
             "{whole} {triangle}"
         );
     }
+    #[test]
+    fn what_is_left_counts_for_nothing_by_each_test_alone() {
+        // ½ · 2 · 5² falls by 16: to 3.
+        let left = |gain| Remaining {
+            gain,
+            length: 1.0,
+            cost: 25.0,
+            residual: 5.0,
+            groups: 2.0,
+        };
+        let none = GaussNewtonParams {
+            cost_tolerance: 0.0,
+            step_tolerance: 0.0,
+            residual_change: 0.0,
+            ..GaussNewtonParams::default()
+        };
+        assert!(!left(16.0).is_nothing(&none));
+        // Rounding of a cost of 25 says nothing; more than that does.
+        assert!(left(8.0 * f64::EPSILON * 25.0).is_nothing(&none));
+        assert!(!left(1e3 * f64::EPSILON * 25.0).is_nothing(&none));
+        for (change, is_nothing) in [(1.99, false), (2.01, true)] {
+            let by_residual = GaussNewtonParams {
+                residual_change: change,
+                ..none.clone()
+            };
+            assert_eq!(left(16.0).is_nothing(&by_residual), is_nothing, "{change}");
+        }
+        for (share, is_nothing) in [(0.63, false), (0.65, true)] {
+            let by_cost = GaussNewtonParams {
+                cost_tolerance: share,
+                ..none.clone()
+            };
+            assert_eq!(left(16.0).is_nothing(&by_cost), is_nothing, "{share}");
+        }
+        assert!(left(16.0).is_taken_by(8.0) && !left(16.0).is_taken_by(7.9));
+    }
+
+    /// A column of zeros leaves a step all the same, of the others.
+    #[test]
+    fn a_parameter_without_any_effect_leaves_a_promise() {
+        let (r, j) = ([3.0, 4.0], [1.0, 0.0, 0.0, 0.0]);
+        let model = Model::new(2, &r, &j, None);
+        let params = GaussNewtonParams::default();
+        let left = Remaining::of(&model, &[0.0; 2], &params, (12.5, 5.0)).unwrap();
+        // ½ · 3², but for a damping of 1e-10.
+        assert!((left.gain - 4.5).abs() < 1e-8 && (left.length - 3.0).abs() < 1e-8);
+    }
 }

@@ -16,8 +16,8 @@ pub(super) struct Aggregates {
 pub(super) const ALONE: u32 = u32::MAX;
 
 /// Groups each row with all its strong neighbors where these are free, then gives the rows left over
-/// to the group that they are coupled to most, and lets what is still left form groups of its own.
-/// The order is that of the rows, on one thread.
+/// to the group that they are coupled to most; each of them has one, for a neighbor that was not free
+/// belongs to it. The order is that of the rows, on one thread.
 ///
 /// A coupling is strong if `‖A_ij‖² > threshold² ‖A_ii‖ ‖A_jj‖` (Frobenius norms).
 pub(super) fn aggregate<const D: usize>(
@@ -47,17 +47,6 @@ pub(super) fn aggregate<const D: usize>(
             }
         }
         of_row[i] = best.1;
-    }
-    for i in 0..n {
-        if of_row[i] == ALONE && strength.neighbors(i).next().is_some() {
-            of_row[i] = count;
-            for (j, _) in strength.neighbors(i) {
-                if of_row[j] == ALONE {
-                    of_row[j] = count;
-                }
-            }
-            count += 1;
-        }
     }
     Aggregates::numbered(of_row, count as usize)
 }
@@ -118,5 +107,36 @@ impl<'a> Strength<'a> {
             let coupling = self.squared[self.rows.source(entry)];
             (j != i && coupling > self.threshold * size).then(|| (j, coupling / size))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ALONE, aggregate};
+    use crate::block_matrix::{BlockPattern, BlockSymmetric};
+    use crate::multigrid::rows::Rows;
+    use std::sync::Arc;
+
+    /// Two pairs, a row between them that is coupled to both, and one that is coupled to nothing.
+    #[test]
+    fn a_row_left_over_goes_to_the_group_that_it_is_coupled_to_most() {
+        let pairs = [(0, 1), (2, 3), (1, 4), (3, 4)];
+        let pattern = Arc::new(BlockPattern::from_adjacency(6, pairs).unwrap());
+        let rows = Rows::new(&pattern);
+        let of_row = |to_first: f64, to_second: f64| {
+            let mut matrix = BlockSymmetric::<1>::zeros(pattern.clone());
+            let couplings = [-0.9, -0.9, to_first, to_second];
+            for ((i, j), coupling) in pairs.into_iter().zip(couplings) {
+                let place = pattern.find(j, i).unwrap();
+                matrix.values_mut()[place] = [[coupling]];
+            }
+            (0..6).for_each(|i| matrix.values_mut()[pattern.diagonal(i)] = [[2.0]]);
+            aggregate(&rows, &matrix, 0.02).of_row
+        };
+        assert_eq!(of_row(-0.5, 0.4), [0, 0, 1, 1, 0, ALONE]);
+        assert_eq!(of_row(0.4, -0.5), [0, 0, 1, 1, 1, ALONE]);
+        // Below 0.02 of its own size a coupling is none.
+        assert_eq!(of_row(-0.05, 0.03), [0, 0, 1, 1, 0, ALONE]);
+        assert_eq!(of_row(-0.03, 0.03), [0, 0, 1, 1, ALONE, ALONE]);
     }
 }

@@ -110,7 +110,11 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::largest_of_tridiagonal;
+    use super::{MARGIN, largest_eigenvalue, largest_of_tridiagonal};
+    use crate::block_matrix::{BlockPattern, BlockSymmetric};
+    use crate::multigrid::matrix::LevelMatrix;
+    use crate::multigrid::rows::Rows;
+    use std::sync::Arc;
 
     #[test]
     fn the_second_difference_has_the_eigenvalue_of_its_closed_form() {
@@ -122,5 +126,23 @@ mod tests {
                 "{n}: {found}"
             );
         }
+    }
+    /// As many steps as rows find all of the spectrum: 1 − cos(π k/(n + 1)) of a chain.
+    #[test]
+    fn a_chain_of_few_rows_has_the_eigenvalue_of_its_closed_form() {
+        for n in [1_usize, 2, 3, 7, 10] {
+            let pattern = BlockPattern::from_adjacency(n, (1..n).map(|i| (i - 1, i))).unwrap();
+            let pattern = Arc::new(pattern);
+            let mut chain = BlockSymmetric::<1>::zeros(pattern.clone());
+            chain.values_mut().fill([[-3.0]]);
+            (0..n).for_each(|i| chain.values_mut()[pattern.diagonal(i)] = [[6.0]]);
+            let mut level = LevelMatrix::<f64, 1>::new(Rows::new(&pattern));
+            level.update(&chain, 1.0).unwrap();
+            let angle = std::f64::consts::PI * n as f64 / (n + 1) as f64;
+            let exact = MARGIN * (1.0 - angle.cos());
+            let found = largest_eigenvalue(&level).unwrap();
+            assert!((found - exact).abs() < 1e-9, "{n}: {found} {exact}");
+        }
+        const { assert!(MARGIN > 1.05) };
     }
 }

@@ -380,7 +380,7 @@ pub struct NewtonError {
     /// Why it stopped.
     #[source]
     pub reason: NewtonFailure,
-    /// What nothing determines, where the problem knows of any
+    /// What nothing determines where the solve ended, where the problem knows of any
     /// ([`NonlinearProblem::undetermined`](super::NonlinearProblem::undetermined)): what comes first to mind
     /// as the cause.
     pub undetermined: Option<Box<str>>,

@@ -118,10 +118,10 @@ pub trait NonlinearProblem<const D: usize> {
         NearKernel::constants::<D>(self.blocks())
     }
 
-    /// What of the solution nothing determines, in words that say what to do about it. Asked once, after a
-    /// solve that failed, for [`NewtonError::undetermined`](super::NewtonError::undetermined): no good
-    /// solve pays for it.
-    fn undetermined(&self) -> Option<String> {
+    /// What nothing determines at `x`, where a solve ended, in words that say what to do about it. Asked once,
+    /// after a solve that failed, for [`NewtonError::undetermined`](super::NewtonError::undetermined): no
+    /// good solve pays for it. `x` may be the start that was refused.
+    fn undetermined(&self, _x: &[f64]) -> Option<String> {
         None
     }
 

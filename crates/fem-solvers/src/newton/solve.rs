@@ -217,7 +217,7 @@ impl<'d, const D: usize> Newton<'d, D> {
                 energy: state.energy,
                 gradient_norm: state.info.gradient_norm,
                 undetermined: match reason.may_be_undetermined() {
-                    true => problem.undetermined().map(String::into_boxed_str),
+                    true => problem.undetermined(x).map(String::into_boxed_str),
                     false => None,
                 },
                 reason,

@@ -1,7 +1,14 @@
 //! Systems from which single scalars are missing, against dense solves of what is left.
 
 use crate::common::{Lcg, grid_matrix, max_abs, random_matrix};
-use fem_solvers::*;
+use crate::promise::{Newton, Summed};
+use fem_solvers::{
+    AssumedPositiveDefinite, BlockIc0, BlockJacobi, BlockPattern, BlockSymmetric, CholeskyError,
+    CholeskyFactor, FactorScalar, HessianProjection, LinearOperator, LinearSolver,
+    MatrixPreconditioner, Multigrid, MultigridParams, NearKernel, NewtonParams, NonlinearProblem,
+    PatternError, PcgParams, Permutation, Preconditioner, PreconditionerChoice, RefineError,
+    RefineParams, SymbolicCholesky, pcg,
+};
 use std::sync::Arc;
 
 /// A matrix of the same values without some scalars, with numbers in their places that nobody may read.
@@ -483,6 +490,20 @@ impl NonlinearProblem<3> for Careless {
     }
     fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<3>) {
         out.values_mut().copy_from_slice(self.given.values());
+    }
+}
+
+impl Summed<3> for Careless {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let (dense, n) = (self.padded.to_dense(), x.len());
+        let absent = self.given.pattern().absent();
+        let is_there = |j: usize| !absent.contains(&(j / 3, j % 3));
+        let row = |i: usize| {
+            let there = (0..n).filter(|&j| is_there(i) && is_there(j));
+            let terms = there.map(|j| dense[i * n + j] * x[j]);
+            terms.chain([-self.b[i]]).collect()
+        };
+        (0..n).map(row).collect()
     }
 }
 

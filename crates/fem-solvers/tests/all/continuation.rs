@@ -1,9 +1,9 @@
 //! What comes after a solve: sensitivities, load steps, neighboring frames.
 
+use crate::promise::{Newton, Summed};
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Newton, NewtonParams,
-    NonlinearProblem,
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, NewtonParams, NonlinearProblem,
 };
 use std::sync::Arc;
 
@@ -70,6 +70,15 @@ impl NonlinearProblem<2> for Pulled<'_> {
     }
     fn hessian(&self, x: &[f64], d: HessianProjection, out: &mut BlockSymmetric<2>) {
         self.0.hessian(x, d, out);
+    }
+}
+
+impl Summed<2> for Pulled<'_> {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let mut terms = self.0.terms(x);
+        terms[0].push(-0.5);
+        terms[9].push(-0.3);
+        terms
     }
 }
 

@@ -139,3 +139,47 @@ fn a_bound_holds_whatever_the_steps_are_damped_with() {
         assert_eq!((largest, info.at_bound), ([-0.25, 0.125], 2));
     }
 }
+
+/// r = (θ − 1, 4, 0; 0, 0, 12).
+struct Groups;
+
+impl LeastSquares for Groups {
+    type Error = std::convert::Infallible;
+    fn residuals(&self) -> usize {
+        6
+    }
+    fn parameters(&self) -> usize {
+        1
+    }
+    fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), Self::Error> {
+        r.copy_from_slice(&[theta[0] - 1.0, 4.0, 0.0, 0.0, 0.0, 12.0]);
+        Ok(())
+    }
+    fn jacobian(&mut self, _: &[f64], j: &mut [f64]) -> Result<(), Self::Error> {
+        j.copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Ok(())
+    }
+}
+
+/// √((4² + 12²)/2), and a start that is off by less than its cost can show is at its end.
+#[test]
+fn a_residual_is_the_root_mean_square_of_its_groups() {
+    let params = GaussNewtonParams {
+        group_size: 3,
+        ..GaussNewtonParams::default()
+    };
+    let mut theta = [5.0];
+    let info = gauss_newton(&mut Groups, &mut theta, &params).unwrap();
+    assert!((info.residual - 80.0_f64.sqrt()).abs() < 1e-12, "{info:?}");
+    assert!((info.cost - 80.0).abs() < 1e-12);
+    let strict = GaussNewtonParams {
+        gradient_tolerance: 0.0,
+        step_tolerance: 0.0,
+        cost_tolerance: 0.0,
+        ..params
+    };
+    let mut theta = [1.0 + 1e-9];
+    let info = gauss_newton(&mut Groups, &mut theta, &strict).unwrap();
+    assert!((theta[0] - 1.0).abs() < 1.1e-9, "{theta:?} {info:?}");
+    assert!(info.residual_evaluations <= 2, "{info:?}");
+}

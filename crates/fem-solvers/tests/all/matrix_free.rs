@@ -1,10 +1,11 @@
 //! Newton's method on problems that give products with their Hessian and no matrix.
 
+use crate::promise::{Newton, Summed};
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
     BlockJacobi, HessianProjection, Identity, LinearOperator, LinearSolver, MatrixPreconditioner,
-    Newton, NewtonFailure, NewtonInfo, NewtonParams, NonlinearProblem, PcgDirection,
-    Preconditioner, PreconditionerError, ProjectionPolicy,
+    NewtonFailure, NewtonInfo, NewtonParams, NonlinearProblem, PcgDirection, Preconditioner,
+    PreconditionerError, ProjectionPolicy,
 };
 use std::cell::Cell;
 
@@ -46,6 +47,12 @@ impl NonlinearProblem<2> for Products {
             y[2 * i - 1] += pull;
             y[2 * i] -= pull;
         }
+    }
+}
+
+impl Summed<2> for Products {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        self.inner.terms(x)
     }
 }
 

@@ -1,7 +1,11 @@
 //! The multigrid preconditioner, against dense and direct solves.
 
 use crate::common::{Lcg, grid_matrix, max_abs};
-use fem_solvers::*;
+use fem_solvers::{
+    BlockPattern, BlockSymmetric, CholeskyFactor, LevelScalar, LinearOperator,
+    MatrixPreconditioner, Multigrid, MultigridParams, NearKernel, NearKernelError, PcgParams,
+    Preconditioner, PreconditionerError, Structure, SymbolicCholesky, pcg,
+};
 use std::sync::Arc;
 
 /// Free nodes of n × n × 4n cubes, six tetrahedra each, prescribed at one end; edges of the Kuhn grid.

@@ -1,7 +1,10 @@
 //! Many right-hand sides on one hierarchy, against a factor.
 
 use super::multigrid::{Bar, bar, dot, load, made, params, rigid};
-use fem_solvers::*;
+use fem_solvers::{
+    BlockSymmetric, CholeskyFactor, LinearOperator, MatrixPreconditioner, Multigrid, PcgError,
+    SolveManyParams, SymbolicCholesky,
+};
 use std::sync::Arc;
 
 fn to(energy_tolerance: f64) -> SolveManyParams {

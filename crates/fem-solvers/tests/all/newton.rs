@@ -1,8 +1,9 @@
 //! Newton's method on small problems with known minima.
 
+use crate::promise::{Newton, Summed};
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Merit, Newton, NewtonFailure,
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Merit, NewtonFailure,
     NewtonParams, NonlinearProblem, PreconditionerChoice, ProjectionPolicy, StopReason,
 };
 use std::sync::Arc;
@@ -187,6 +188,12 @@ impl NonlinearProblem<2> for Offset {
     }
 }
 
+impl Summed<2> for Offset {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        self.0.terms(x)
+    }
+}
+
 #[test]
 fn gradients_fall_to_the_rounding_floor_though_energies_cannot_tell() {
     for offset in [0.0, 1e3, 1e6, -1e9] {
@@ -245,6 +252,12 @@ impl NonlinearProblem<1> for Barrier {
         } else {
             1.0
         }
+    }
+}
+
+impl Summed<1> for Barrier {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![-1.0 / x[0], 1.0 / (2.0 - x[0]), -50.0]]
     }
 }
 
@@ -313,6 +326,13 @@ impl NonlinearProblem<2> for Field {
     }
     fn merit(&self) -> Merit {
         Merit::ResidualNorm
+    }
+}
+
+impl Summed<2> for Field {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let first = vec![x[0], 0.1 * x[1] * x[1] * x[1], -1.0];
+        vec![first, vec![x[1], -0.1 * x[0]]]
     }
 }
 
@@ -509,6 +529,12 @@ impl NonlinearProblem<2> for Saddle {
     }
     fn gradient_scales(&self, _: &[f64]) -> Option<Vec<f64>> {
         Some(vec![1e5; 2])
+    }
+}
+
+impl Summed<2> for Saddle {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![x[0] * x[0] * x[0], -x[0]], vec![x[1]]]
     }
 }
 

@@ -1,8 +1,9 @@
 //! A push that acts on one side alone: a point in a ball, held by a spring.
 
+use crate::promise::{Newton, Summed};
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Newton, NewtonInfo,
-    NewtonParams, NonlinearProblem, ProjectionPolicy,
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, NewtonInfo, NewtonParams,
+    NonlinearProblem, ProjectionPolicy,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -101,6 +102,19 @@ impl NonlinearProblem<2> for Ball {
     fn prepare(&self, _: &[f64], _: &[f64]) -> bool {
         self.prepared.set(self.prepared.get() + 1);
         false
+    }
+}
+
+impl Summed<2> for Ball {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let r = (x[0] * x[0] + x[1] * x[1]).sqrt();
+        // (R − r)₊² x/r, multiplied out.
+        let push = if r < RADIUS { PUSH } else { 0.0 };
+        let of = |(x, home): (&f64, f64)| {
+            let push = [RADIUS * RADIUS / r, -2.0 * RADIUS, r].map(|part| -push * part * x);
+            [vec![*x, -home], push.to_vec()].concat()
+        };
+        x.iter().zip(HOME).map(of).collect()
     }
 }
 

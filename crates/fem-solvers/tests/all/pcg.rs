@@ -8,7 +8,7 @@ use fem_solvers::{
 };
 use std::sync::Arc;
 
-fn dense_product<const D: usize>(a: &BlockSymmetric<D>, x: &[f64]) -> Vec<f64> {
+pub(super) fn dense_product<const D: usize>(a: &BlockSymmetric<D>, x: &[f64]) -> Vec<f64> {
     let (n, dense) = (a.dim(), a.to_dense());
     (0..n)
         .map(|i| (0..n).map(|j| dense[i * n + j] * x[j]).sum())

@@ -1,8 +1,8 @@
 //! A problem that gets another pattern for a step, and no step that leads anywhere.
 
+use crate::promise::{Newton, Summed};
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, HessianProjection, Newton, NewtonFailure, NewtonParams,
-    NonlinearProblem,
+    BlockPattern, BlockSymmetric, HessianProjection, NewtonFailure, NewtonParams, NonlinearProblem,
 };
 use std::cell::Cell;
 use std::sync::Arc;
@@ -42,6 +42,12 @@ impl NonlinearProblem<1> for Growing {
     }
     fn prepare(&self, _: &[f64], _: &[f64]) -> bool {
         !self.prepared.replace(true)
+    }
+}
+
+impl Summed<1> for Growing {
+    fn terms(&self, _: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![1.0], vec![2.0]]
     }
 }
 

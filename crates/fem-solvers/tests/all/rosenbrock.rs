@@ -1,5 +1,6 @@
 //! The problem that most tests of Newton's method minimize.
 
+use crate::promise::Summed;
 use fem_solvers::{BlockPattern, BlockSymmetric, HessianProjection, NonlinearProblem};
 use std::sync::Arc;
 
@@ -73,5 +74,22 @@ impl NonlinearProblem<2> for Rosenbrock {
             out.values_mut()[d1][0][0] += self.coupling;
             out.values_mut()[off][0][1] -= self.coupling;
         }
+    }
+}
+
+impl Summed<2> for Rosenbrock {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let mut terms: Vec<Vec<f64>> = Vec::new();
+        for p in x.chunks(2) {
+            let (a, b) = (p[0], p[1]);
+            terms.push(vec![-2.0, 2.0 * a, -400.0 * a * b, 400.0 * a * a * a]);
+            terms.push(vec![200.0 * b, -200.0 * a * a]);
+        }
+        for i in 1..self.blocks() {
+            let [before, after] = [2 * i - 1, 2 * i].map(|k| self.coupling * x[k]);
+            terms[2 * i - 1].extend([before, -after]);
+            terms[2 * i].extend([-before, after]);
+        }
+        terms
     }
 }

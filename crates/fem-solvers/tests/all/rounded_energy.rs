@@ -1,9 +1,9 @@
 //! An energy that is a small difference of large numbers: near its minimum it is all rounding, its
 //! gradient is not.
 
+use crate::promise::{Newton, Summed};
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, HessianProjection, Newton, NewtonFailure, NewtonParams,
-    NonlinearProblem,
+    BlockPattern, BlockSymmetric, HessianProjection, NewtonFailure, NewtonParams, NonlinearProblem,
 };
 use std::sync::Arc;
 
@@ -16,6 +16,8 @@ struct Cancelling {
     pattern: Arc<BlockPattern>,
     stiffness: f64,
     aside: f64,
+    /// How many times as stiff it says it is.
+    said: f64,
 }
 
 fn cancelling(stiffness: f64, aside: f64) -> Cancelling {
@@ -24,6 +26,7 @@ fn cancelling(stiffness: f64, aside: f64) -> Cancelling {
         pattern: Arc::new(pattern),
         stiffness,
         aside,
+        said: 1.0,
     }
 }
 
@@ -43,7 +46,16 @@ impl NonlinearProblem<1> for Cancelling {
         g[0] = self.stiffness * (x[0] - MIDDLE - self.aside).sinh();
     }
     fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
-        out.values_mut()[0] = [[self.stiffness * (x[0] - MIDDLE - self.aside).cosh()]];
+        let curvature = self.stiffness * (x[0] - MIDDLE - self.aside).cosh();
+        out.values_mut()[0] = [[self.said * curvature]];
+    }
+}
+
+impl Summed<1> for Cancelling {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let d = x[0] - MIDDLE - self.aside;
+        let half = 0.5 * self.stiffness;
+        vec![vec![half * d.exp(), -half * (-d).exp()]]
     }
 }
 
@@ -75,4 +87,23 @@ fn a_gradient_of_another_energy_leads_nowhere() {
         "{error}"
     );
     assert!((x[0] - MIDDLE - 0.5).abs() < 1e-9, "{x:?}");
+}
+
+/// A third of the gradient is left where it says that it is 1.5 times as stiff, three quarters where 4 times.
+#[test]
+fn a_gradient_that_does_not_halve_leads_nowhere_where_the_energy_is_all_rounding() {
+    for (said, leads) in [(1.5, true), (4.0, false)] {
+        let problem = Cancelling {
+            said,
+            ..cancelling(1.0, 0.0)
+        };
+        let solved = |k: i32| {
+            let mut x = [MIDDLE + 1e-6 * f64::from(k)];
+            let params = NewtonParams::default();
+            Newton::new(&problem)
+                .solve(&problem, &mut x, &params)
+                .is_ok()
+        };
+        assert_eq!((1..=200).all(solved), leads, "{said}");
+    }
 }

@@ -1,10 +1,11 @@
 //! A preconditioner and a direction that the crate does not know.
 
+use crate::promise::Newton;
 use crate::rosenbrock::Rosenbrock;
 use fem_solvers::{
     BlockIc0, BlockJacobi, BlockSymmetric, Descent, DescentDirection, DescentOutcome, Identity,
-    LinearSolver, MatrixPreconditioner, Newton, NewtonFailure, NewtonParams, NewtonSystem,
-    PcgDirection, Preconditioner, PreconditionerChoice, PreconditionerError,
+    LinearSolver, MatrixPreconditioner, NewtonFailure, NewtonParams, NewtonSystem, PcgDirection,
+    Preconditioner, PreconditionerChoice, PreconditionerError,
 };
 
 /// The diagonal, entry by entry.

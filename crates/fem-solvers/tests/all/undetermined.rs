@@ -1,7 +1,8 @@
 //! A problem is asked what nothing determines when a solve has failed, and never otherwise.
 
+use crate::promise::{Newton, Summed};
 use fem_kinematics::HessianProjection;
-use fem_solvers::{BlockPattern, BlockSymmetric, Newton, NewtonParams, NonlinearProblem, Watch};
+use fem_solvers::{BlockPattern, BlockSymmetric, NewtonParams, NonlinearProblem, Watch};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -40,9 +41,15 @@ impl NonlinearProblem<1> for Quartic {
     fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
         out.values_mut().fill([[3.0 * x[0] * x[0]]]);
     }
-    fn undetermined(&self) -> Option<String> {
+    fn undetermined(&self, x: &[f64]) -> Option<String> {
         self.asked.set(self.asked.get() + 1);
-        Some("it slides".to_owned())
+        Some(format!("it slides at {}", x[0]))
+    }
+}
+
+impl Summed<1> for Quartic {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![x[0] * x[0] * x[0], -self.force]]
     }
 }
 
@@ -56,32 +63,30 @@ fn only_a_solve_that_failed_asks() {
         }
         let mut x = [5.0];
         let solved = newton.solve(&problem, &mut x, params);
-        (solved.map(|_| x[0]), problem.asked.get())
+        (solved.map(|_| x[0]), problem.asked.get(), x[0])
     };
-    let (solved, asked) = solve(&NewtonParams::default(), None);
+    let (solved, asked, _) = solve(&NewtonParams::default(), None);
     assert!((solved.unwrap() - 2.0).abs() < 1e-6);
     assert_eq!(asked, 0);
     let short = NewtonParams {
         max_iterations: 2,
         ..NewtonParams::default()
     };
-    let (failed, asked) = solve(&short, None);
+    let (failed, asked, x) = solve(&short, None);
     let failed = failed.unwrap_err();
-    assert_eq!(
-        (failed.undetermined.as_deref(), asked),
-        (Some("it slides"), 1)
-    );
-    assert!(
-        failed.to_string().ends_with("not converged; it slides"),
-        "{failed}"
-    );
+    // Asked of the place that it came to.
+    assert!(x < 4.0, "{x}");
+    let told = format!("it slides at {x}");
+    assert_eq!((failed.undetermined.as_deref(), asked), (Some(&*told), 1));
+    let told = format!("not converged; {told}");
+    assert!(failed.to_string().ends_with(&told), "{failed}");
     // Neither a program that ends it nor a setting that makes no sense has to do with the problem.
-    let (cancelled, asked) = solve(&short, Some(Watch::new(|_| ControlFlow::Break(()))));
+    let (cancelled, asked, _) = solve(&short, Some(Watch::new(|_| ControlFlow::Break(()))));
     assert_eq!((cancelled.unwrap_err().undetermined, asked), (None, 0));
     let nonsense = NewtonParams {
         step_tolerance: f64::NAN,
         ..NewtonParams::default()
     };
-    let (refused, asked) = solve(&nonsense, None);
+    let (refused, asked, _) = solve(&nonsense, None);
     assert_eq!((refused.unwrap_err().undetermined, asked), (None, 0));
 }

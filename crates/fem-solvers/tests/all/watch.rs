@@ -1,7 +1,8 @@
 //! A program around a solve.
 
+use crate::promise::Newton;
 use crate::rosenbrock::Rosenbrock;
-use fem_solvers::{Newton, NewtonFailure, NewtonParams, Watch};
+use fem_solvers::{NewtonFailure, NewtonParams, Watch};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,9 +1,10 @@
 //! Newton's method with Hessians that are not the energy's own: what the line search and the last
 //! shift are for.
 
+use crate::promise::{Newton, Summed};
 use fem_solvers::{
-    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Newton, NewtonFailure,
-    NewtonParams, NonlinearProblem, ProjectionPolicy,
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, Merit, NewtonFailure,
+    NewtonIteration, NewtonParams, NonlinearProblem, ProjectionPolicy,
 };
 use std::sync::Arc;
 
@@ -37,6 +38,13 @@ impl NonlinearProblem<2> for Quadratic {
     }
     fn largest_step(&self, _: &[f64], _: &[f64]) -> f64 {
         f64::INFINITY
+    }
+}
+
+impl Summed<2> for Quadratic {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let of = |i: usize| vec![self.a[i][0] * x[0], self.a[i][1] * x[1], -self.b[i]];
+        vec![of(0), of(1)]
     }
 }
 
@@ -75,6 +83,14 @@ impl NonlinearProblem<1> for Plateau {
     fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
         // Far too soft at the start, right in the well.
         out.values_mut()[0] = [[if x[0] < 0.0 { 0.05 } else { 2.0 }]];
+    }
+}
+
+impl Summed<1> for Plateau {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let c = if x[0] < 1.0 { 0.0 } else { self.c };
+        let well = 2.0 * (1.0 - c) * (-x[0] * x[0] + 2.0 * x[0] - 1.0).exp();
+        vec![vec![well * x[0], -well]]
     }
 }
 
@@ -123,6 +139,11 @@ fn the_last_shift_starts_from_the_plain_matrix() {
             ]);
         }
     }
+    impl Summed<1> for Rows {
+        fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+            vec![vec![x[0], -1.0], vec![x[1]]]
+        }
+    }
     let problem = Rows(pattern, said);
     let params = NewtonParams {
         projection: ProjectionPolicy::ExactThenShifted,
@@ -166,5 +187,143 @@ fn a_step_that_is_much_too_long_or_short_is_improved_along_its_line() {
                 (1, Some(&seen[1]))
             );
         }
+    }
+}
+
+/// ½ (x − 1)² + offset with a Hessian of `said`, its own domain and measure of progress.
+struct Line {
+    pattern: Arc<BlockPattern>,
+    said: f64,
+    offset: f64,
+    least: f64,
+    longest: f64,
+    merit: Merit,
+}
+
+fn line(said: f64) -> Line {
+    Line {
+        pattern: Arc::new(BlockPattern::from_adjacency(1, []).unwrap()),
+        said,
+        offset: 0.0,
+        least: f64::NEG_INFINITY,
+        longest: f64::INFINITY,
+        merit: Merit::Energy,
+    }
+}
+
+impl NonlinearProblem<1> for Line {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        if x[0] < self.least {
+            return f64::INFINITY;
+        }
+        0.5 * (x[0] - 1.0).powi(2) + self.offset
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g[0] = x[0] - 1.0;
+    }
+    fn hessian(&self, _: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
+        out.values_mut()[0] = [[self.said]];
+    }
+    fn merit(&self) -> Merit {
+        self.merit
+    }
+    fn largest_step(&self, _: &[f64], _: &[f64]) -> f64 {
+        self.longest
+    }
+}
+
+impl Summed<1> for Line {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![x[0], -1.0]]
+    }
+}
+
+/// The places and shares of the steps from `start`, and how it ended.
+fn along(
+    problem: &Line,
+    start: f64,
+    steps: usize,
+) -> (f64, Vec<NewtonIteration>, Option<NewtonFailure>) {
+    let params = NewtonParams {
+        linear_solver: LinearSolver::Direct,
+        max_iterations: steps,
+        ..NewtonParams::default()
+    };
+    let (mut x, mut seen) = ([start], Vec::new());
+    let end = Newton::new(problem).solve_observed(problem, &mut x, &params, &mut |s| seen.push(*s));
+    (x[0], seen, end.err().map(|error| error.reason))
+}
+
+#[test]
+fn a_step_that_is_too_long_is_cut_to_the_minimum_of_its_parabola() {
+    for said in [0.12, 0.23, 0.4] {
+        let (x, seen, end) = along(&line(said), 3.0, 10);
+        // The energy of a line is its parabola.
+        assert!((seen[1].t - said).abs() < 1e-12, "{said}: {}", seen[1].t);
+        assert!((x - 1.0).abs() < 1e-12 && end.is_none());
+    }
+}
+
+/// A step goes 1/said of the way; where energies are too close to tell, it must leave less than 0.9 of the
+/// gradient, or lower the energy as it should.
+#[test]
+fn where_energies_cannot_tell_a_gradient_must_fall_by_a_tenth() {
+    let failed = |said: f64, offset: f64, start: f64| {
+        let problem = Line {
+            offset,
+            ..line(said)
+        };
+        let end = along(&problem, start, 1).2.unwrap();
+        matches!(end, NewtonFailure::LineSearchFailed { .. })
+    };
+    for (said, fails) in [(5.0, false), (20.0, true)] {
+        assert_eq!(failed(said, 1e16, 1.5), fails, "{said}");
+    }
+    // 1e-14 of the energy are no rounding where they are seen to fall.
+    assert!(!failed(20.0, 1e4, 1.0001));
+}
+
+/// x goes nearly to 2 − x, which is nearly as far from the end: by 4e-5 of it, where 1e-4 are asked for.
+#[test]
+fn a_residual_nearly_as_large_as_before_is_no_progress() {
+    let problem = Line {
+        merit: Merit::ResidualNorm,
+        ..line(0.50001)
+    };
+    let (x, seen, end) = along(&problem, 3.0, 5);
+    assert!(end.is_none() && (x - 1.0).abs() < 1e-7, "{x} {seen:?}");
+    assert_eq!(seen[1].t, 0.5);
+}
+
+#[test]
+fn a_smaller_residual_outside_the_domain_is_no_progress() {
+    let problem = Line {
+        merit: Merit::ResidualNorm,
+        least: 0.9,
+        ..line(0.8)
+    };
+    // The whole step ends at 0.5.
+    let (x, seen, end) = along(&problem, 3.0, 60);
+    assert!(seen.iter().all(|s| s.energy < f64::INFINITY), "{seen:?}");
+    assert_eq!(seen[1].t, 0.5);
+    assert!(end.is_none() && (x - 1.0).abs() < 1e-7);
+}
+
+#[test]
+fn no_step_is_improved_beyond_the_longest() {
+    // Said to be four times as stiff: three times the step would be better.
+    for (longest, t) in [(f64::INFINITY, 3.0), (3.5, 3.0), (2.9, 1.0), (0.5, 0.5)] {
+        let problem = Line {
+            longest,
+            ..line(4.0)
+        };
+        let seen = along(&problem, 3.0, 1).1;
+        assert!((seen[1].t - t).abs() < 1e-12, "{longest}: {}", seen[1].t);
     }
 }

@@ -2,11 +2,12 @@
 
 use super::compare::{ENERGY, FORCE, POSITION, Record};
 use super::input::{Mesh, NamedMaterial, SceneError};
+use crate::promise::Newton;
 use crate::report::Report;
 use crate::shared::read_json;
 use fem_assembly::mesh::SimplexMesh;
 use fem_assembly::{AssemblyBuilder, Dofs, Quasistatic};
-use fem_solvers::{Newton, NewtonInfo, NewtonParams};
+use fem_solvers::{NewtonInfo, NewtonParams};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -4,9 +4,10 @@ use super::compare::{PATH, Record, apart, largest_difference};
 use super::input::{FiberStretch, SceneError};
 use super::rig::{B0, parameters};
 use crate::numbers::norm;
+use crate::promise::Rig;
 use crate::report::Report;
 use crate::shared::read_json;
-use face_rig::rig::{Direction, Equilibrium, Parameters, Rig, RigError};
+use face_rig::rig::{Direction, Equilibrium, Parameters};
 use fem_solvers::{Damping, GaussNewtonParams, LeastSquares, StepMethod, gauss_newton};
 use serde::Deserialize;
 use std::path::Path;
@@ -58,7 +59,7 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    fn solve(&mut self, theta: &[f64]) -> Result<(), RigError> {
+    fn solve(&mut self, theta: &[f64]) -> Result<(), SceneError> {
         if self.solved_at != theta {
             let muscles = self.rig.muscles();
             let pose = Parameters::from_slice(theta).unwrap_or_else(|| Parameters::rest(muscles));
@@ -76,14 +77,14 @@ impl Fit<'_> {
 }
 
 impl LeastSquares for Fit<'_> {
-    type Error = RigError;
+    type Error = SceneError;
     fn residuals(&self) -> usize {
         3 * self.run.nodes.len() + 18 + self.rig.muscles()
     }
     fn parameters(&self) -> usize {
         self.rig.muscles() + 24
     }
-    fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), RigError> {
+    fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), SceneError> {
         self.solve(theta)?;
         let x = self.rig.equilibrium().positions();
         let (data, priors) = r.split_at_mut(3 * self.run.nodes.len());
@@ -108,7 +109,7 @@ impl LeastSquares for Fit<'_> {
         }
         Ok(())
     }
-    fn jacobian(&mut self, theta: &[f64], j: &mut [f64]) -> Result<(), RigError> {
+    fn jacobian(&mut self, theta: &[f64], j: &mut [f64]) -> Result<(), SceneError> {
         self.solve(theta)?;
         let (rows, data) = (self.residuals(), 3 * self.run.nodes.len());
         let directions = Direction::all(self.rig.muscles());
@@ -144,7 +145,7 @@ impl LeastSquares for Fit<'_> {
 pub fn b3(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
     let face: B0 = read_json(&folder.join("b0_rig_mesh.json"))?;
     let scene: B3 = read_json(&folder.join("b3_gauss_newton.json"))?;
-    let mut rig = face.rig(scene.stretch)?;
+    let mut rig = face.mini_rig(scene.stretch)?;
     let rest = rig.equilibrium().clone();
     let mut left_out = 0;
     for run in &scene.runs {
@@ -239,7 +240,7 @@ fn another_equilibrium(
     rig: &mut Rig,
     rest: &Equilibrium,
     pose: &Parameters,
-) -> Result<Option<f64>, RigError> {
+) -> Result<Option<f64>, SceneError> {
     let own = rig.equilibrium().clone();
     let mut found = None;
     for share in [0.0, 0.5, 1.0] {

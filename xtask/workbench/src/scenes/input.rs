@@ -25,6 +25,14 @@ pub enum SceneError {
     /// A solve failed.
     #[error(transparent)]
     Newton(#[from] fem_solvers::NewtonError),
+    /// A solve that claims more than it did.
+    #[error("a force of {left:e} N is left where {allowed:e} N are allowed")]
+    Unbalanced {
+        /// What is left, newtons.
+        left: f64,
+        /// What was promised, newtons.
+        allowed: f64,
+    },
     /// A name that means nothing here.
     #[error("unknown {what} `{name}`")]
     Unknown {

@@ -4,9 +4,10 @@ use super::assembled::tight;
 use super::compare::{COLUMN, ENERGY, POSITION, Record, largest_difference};
 use super::input::{Curve, FiberStretch, Mesh, NamedMaterial, SceneError};
 use crate::numbers::{norm, worse};
+use crate::promise::Rig;
 use crate::report::Report;
 use crate::shared::read_json;
-use face_rig::rig::{Direction, Parameters, Rig, RigParams};
+use face_rig::rig::{Direction, Parameters, RigParams};
 use fem_assembly::{AssemblyBuilder, Dofs, Fiber};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -34,7 +35,7 @@ struct Muscle {
 }
 
 impl B0 {
-    pub(super) fn rig(&self, stretch: FiberStretch) -> Result<Rig, SceneError> {
+    pub(super) fn mini_rig(&self, stretch: FiberStretch) -> Result<Rig, SceneError> {
         let mesh = self.mesh.build()?;
         let prescribed: Vec<usize> = [&self.cranium_nodes[..], &self.jaw_nodes[..]].concat();
         let mut fibers = Vec::new();
@@ -104,7 +105,7 @@ pub fn b1_b2(folder: &Path, report: &mut Report) -> Result<(), SceneError> {
         ("scene b2", "b2_jacobian_deviatoric.json"),
     ] {
         let poses: Poses = read_json(&folder.join(file))?;
-        let mut rig = face.rig(poses.stretch)?;
+        let mut rig = face.mini_rig(poses.stretch)?;
         for pose in &poses.cases {
             check_pose(scene, pose, &mut rig, report)?;
         }

@@ -1,8 +1,8 @@
 //! What a look at the residual must not pass.
 
-use super::SolveManyParams;
 use super::iterate::{Iterate, System};
 use super::solve;
+use super::{SolveManyInfo, SolveManyParams};
 use crate::pcg::PcgError;
 
 /// `A` and `M` are diagonals, the latter a cycle times a number.
@@ -69,4 +69,57 @@ fn an_energy_that_overflows_measures_no_error() {
     one[3] = 1.0;
     solved(&mut one).unwrap();
     assert!((one[3] * tiny.matrix[3] - 1.0).abs() < 1e-9);
+}
+
+/// The first step after a look goes along the residual that it took, as from any start.
+#[test]
+fn a_column_starts_again_from_where_it_stands() {
+    let system = stretched(1.0);
+    let b: Vec<[f64; 1]> = (0..20).map(|k| [1.0 + 0.1 * f64::from(k)]).collect();
+    let mut iterate = Iterate::new(b.clone());
+    assert!(iterate.run(&system, 1e-3, 100).unwrap());
+    let before = iterate.x.clone();
+    // It takes another right-hand side for its own.
+    let other: Vec<[f64; 1]> = b.iter().rev().copied().collect();
+    assert!(iterate.look(&system, &other, 1e-3).unwrap() > 0.1);
+    let most = iterate.longest() + 1;
+    assert!(!iterate.run(&system, 1e-3, most).unwrap());
+    let ax = before.iter().zip(&system.matrix).map(|(x, a)| a * x[0]);
+    let r: Vec<f64> = other.iter().zip(ax).map(|(b, ax)| b[0] - ax).collect();
+    let curvature = r.iter().zip(&system.matrix).map(|(r, a)| a * r * r);
+    let alpha = r.iter().map(|r| r * r).sum::<f64>() / curvature.sum::<f64>();
+    for ((x, before), r) in iterate.x.iter().zip(&before).zip(&r) {
+        assert!((x[0] - before[0] - alpha * r).abs() < 1e-12);
+    }
+    // What its last iterations gained before says nothing now.
+    assert!(iterate.run(&system, 1e-3, 100).unwrap());
+    let exact = |(b, a): (&[f64; 1], &f64)| b[0] / a;
+    let exact: Vec<f64> = other.iter().zip(&system.matrix).map(exact).collect();
+    let energy = |v: &mut dyn Iterator<Item = f64>| {
+        v.zip(&system.matrix).map(|(v, a)| a * v * v).sum::<f64>()
+    };
+    let off = energy(&mut exact.iter().zip(&iterate.x).map(|(e, x)| e - x[0]));
+    let share = (off / energy(&mut exact.iter().copied())).sqrt();
+    assert!(share < 3e-3, "{share:e}");
+}
+
+/// Four iterations from each start, however little the last ones gained.
+#[test]
+fn an_estimate_takes_four_iterations_from_every_start() {
+    let system = stretched(1.0);
+    let b: Vec<[f64; 1]> = (0..20).map(|k| [1.0 + 0.1 * f64::from(k)]).collect();
+    let mut iterate = Iterate::new(b.clone());
+    assert!(iterate.run(&system, 1e-3, 100).unwrap());
+    let first = iterate.longest();
+    // To go on, it is asked for more.
+    assert!(iterate.look(&system, &b, 1e-12).unwrap() > 1e-12);
+    assert!(iterate.run(&system, 1e-3, 100).unwrap());
+    assert_eq!(iterate.longest(), first + 4);
+}
+
+#[test]
+fn the_largest_error_of_all_columns_is_told() {
+    let of = |iterations, error| SolveManyInfo { iterations, error };
+    assert_eq!(of(3, 0.5).and(of(4, 0.2)), of(7, 0.5));
+    assert_eq!(of(3, 0.1).and(of(4, 0.2)), of(7, 0.2));
 }
