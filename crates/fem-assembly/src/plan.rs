@@ -350,9 +350,10 @@ pub(crate) fn work_on<const D: usize>(
     let ours = |row: u32| row != PRESCRIBED && rows.contains(&(row as usize));
     let touches = |k: usize| stencils.nodes_of(k).iter().any(|&n| ours(rank[n]));
     let runs: Vec<Range<usize>> = some.flat_map(|all| stencils.runs(all, touches)).collect();
-    let planned: usize = runs.iter().map(Range::len).sum();
+    let pairs = pattern.map_or(0, |_| pair(stencils.vertices, 0));
+    let questions = pairs * runs.iter().map(Range::len).sum::<usize>();
     let mut matrix = pattern.map(|pattern| {
-        let finder = Finder::new(pattern, planned * pair(stencils.vertices, 0));
+        let finder = Finder::new(pattern, questions);
         (finder, pattern.row_start()[rows.start])
     });
     let mut work = Work {
@@ -376,7 +377,7 @@ pub(crate) fn work_on<const D: usize>(
                 let Some((finder, first_value)) = &mut matrix else {
                     continue;
                 };
-                debug_assert_eq!(work.places.len() % pair(stencils.vertices, 0), pair(a, 0));
+                debug_assert_eq!(work.places.len() % pairs, pair(a, 0));
                 for &other in &nodes[..=a] {
                     let (high, low) = (row.max(rank[other]), row.min(rank[other]));
                     let place = if ours(high) {
@@ -391,18 +392,13 @@ pub(crate) fn work_on<const D: usize>(
             }
             let known = work.owned.len();
             work.rows.resize(known * stencils.vertices, NONE);
-            if matrix.is_some() {
-                work.places.resize(known * pair(stencils.vertices, 0), NONE);
-            }
+            work.places.resize(known * pairs, NONE);
         }
     }
     // The last batch may not be full.
     let padded = work.owned.len().next_multiple_of(stencils.batch);
     work.rows.resize(padded * stencils.vertices, NONE);
-    if matrix.is_some() {
-        let pairs = pair(stencils.vertices, 0);
-        work.places.resize(padded * pairs, NONE);
-    }
+    work.places.resize(padded * pairs, NONE);
     work
 }
 
