@@ -12,8 +12,8 @@ pub(crate) enum Carrier {
     Points(Vec<EmbeddedPoint>),
 }
 
-/// The nodes that move the vertices of a pair, and by how much each moves each of its three shapes ([`SHAPES`]): what moves
-/// all vertices alike changes nothing.
+/// The nodes that move the vertices of a pair, and by how much each moves the three shapes that the four
+/// have beside their translation ([`shapes_of`]).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spread {
     pub nodes: Vec<usize>,

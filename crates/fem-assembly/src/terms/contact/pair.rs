@@ -153,7 +153,8 @@ impl Pair {
                     .sum()
             })
         };
-        Some((outer.value, std::array::from_fn(by_shape)))
+        // The same number as `energy`, to the last bit.
+        Some((self.potential(s), std::array::from_fn(by_shape)))
     }
 
     /// The Hessian by [`SHAPES`], N/m; `None` where nothing is felt.
@@ -226,7 +227,6 @@ impl Pair {
             }
         }
         Outer {
-            value: e * weight,
             slopes: [
                 de * weight,
                 e * by_share[0],
@@ -240,7 +240,6 @@ impl Pair {
 
 /// The energy by gap and shares.
 struct Outer {
-    value: f64,
     slopes: [f64; 4],
     curvatures: [[f64; 4]; 4],
 }
