@@ -371,19 +371,25 @@ fn tip(mesh: &SimplexMesh<3>, height: f64, degrees: f64) -> Vec<Point> {
     mesh.nodes().iter().enumerate().map(place).collect()
 }
 
-/// One look finds what is near where a step starts and where it leads. What pushes without a reason
-/// leaves with it, and stays where energies must fall.
-#[test]
-fn a_look_for_a_step_is_a_look_at_its_start_and_one_along_it() {
-    let mesh = pointed();
+/// Contact of its points and triangles, and a body to make configurations of.
+fn points_alone(mesh: &SimplexMesh<3>) -> (FleshContact, Assembly<3>) {
     let params = FleshContactParams {
         margin: 0.05,
         edges: false,
         ..PARAMS
     };
-    let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
+    let contact = FleshContact::new(mesh, &mesh.boundary().faces, params).unwrap();
     let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
-    let body = AssemblyBuilder::new(&mesh, dofs).unwrap().build().unwrap();
+    let body = AssemblyBuilder::new(mesh, dofs).unwrap().build().unwrap();
+    (contact, body)
+}
+
+/// One look finds what is near where a step starts and where it leads. What pushes without a reason
+/// leaves with it, and stays where energies must fall.
+#[test]
+fn a_look_for_a_step_is_a_look_at_its_start_and_one_along_it() {
+    let mesh = pointed();
+    let (mut contact, body) = points_alone(&mesh);
     let below = |by: f64| -> Vec<Point> {
         let moved = |n: usize| [0.0, 0.0, if n < 4 { 0.0 } else { -by }];
         (0..8).map(moved).collect()
@@ -413,17 +419,10 @@ fn a_look_for_a_step_is_a_look_at_its_start_and_one_along_it() {
 #[test]
 fn a_pair_that_looks_disagree_about_stays() {
     let mesh = pointed();
-    let params = FleshContactParams {
-        margin: 0.05,
-        edges: false,
-        ..PARAMS
-    };
-    let mut contact = FleshContact::new(&mesh, &mesh.boundary().faces, params).unwrap();
+    let (mut contact, body) = points_alone(&mesh);
     let turned = |height: f64, degrees: f64| tip(&mesh, height, degrees);
     let (far, touching) = (turned(0.8, 0.0), turned(-0.01, 0.0));
     let (aside, away) = (turned(-0.01, 96.0), turned(-0.01, 120.0));
-    let dofs = Dofs::with_prescribed_nodes(mesh.nodes(), &[0]).unwrap();
-    let body = AssemblyBuilder::new(&mesh, dofs).unwrap().build().unwrap();
     let look = |contact: &mut FleshContact, x: &[Point]| {
         contact.renew(body.configuration(x, &[]).unwrap());
         contact.pairs()
