@@ -208,7 +208,7 @@ struct Finder<'a> {
 impl<'a> Finder<'a> {
     /// For about so many questions.
     fn new(pattern: &'a BlockPattern, questions: usize) -> Self {
-        let room = questions.next_power_of_two().clamp(1 << 6, 1 << 12);
+        let room = questions.clamp(1 << 6, 1 << 12).next_power_of_two();
         let known = vec![(PRESCRIBED, PRESCRIBED, None); room];
         Self { pattern, known }
     }
@@ -259,7 +259,7 @@ pub(crate) fn extended<'a, const D: usize>(
     dofs: &'a Dofs<D>,
     stencils: impl Iterator<Item = &'a Stencils>,
 ) -> Result<Option<BlockPattern>, AssemblyError> {
-    let mut finder = Finder::new(pattern, usize::MAX >> 1);
+    let mut finder = Finder::new(pattern, usize::MAX);
     let mut missing: Vec<(usize, usize)> = stencils
         .flat_map(|s| coupled(s, dofs))
         .filter(|&(high, low)| finder.find(high as u32, low as u32).is_none())

@@ -51,7 +51,8 @@ pub trait Term<const D: usize>: Send + Sync {
 
     /// The stencils that may have an energy at these positions, whatever the controls, ascending; `None` where all
     /// may. The others have neither energy nor forces nor stiffness there, and are not evaluated. Asked once for
-    /// each place: for terms of which most stencils are silent, as pairs are that are near but do not touch.
+    /// each place: for terms of which most stencils are silent, as pairs are that are near but do not touch. Not asked of stencils that are evaluated
+    /// in batches ([`Stencils::in_batches_of`]).
     fn active(&self, _at: Positions<D>) -> Option<Vec<usize>> {
         None
     }
