@@ -47,6 +47,7 @@ pub(super) fn search<const D: usize>(
         }
         let at = Trial {
             t,
+            longest: backtracks == 0,
             slope,
             norm0,
             x: trial,
@@ -101,6 +102,8 @@ pub(super) fn by_gradient<const D: usize>(
 /// A point on the search line.
 struct Trial<'a> {
     t: f64,
+    /// Is no longer step to be tried?
+    longest: bool,
     /// `gᵀd` and `‖g‖` at the start of the line.
     slope: f64,
     norm0: f64,
@@ -120,19 +123,18 @@ fn by_energy<const D: usize>(
     at: &Trial<'_>,
     gradient: &mut [f64],
 ) -> Verdict {
-    let &Trial {
-        t, slope, norm0, x, ..
-    } = at;
+    let &Trial { t, slope, x, .. } = at;
     let energy = problem.energy(x);
     let change = energy - start.energy;
     let rounding = params.rounding * start.energy_scale.max(energy.abs());
     let decreases = change <= params.sufficient_decrease * t * slope;
     let clear = decreases && -change > rounding;
-    // Too close to tell by energies: the slope must shrink instead (Hager & Zhang 2005).
-    if clear || change.abs() <= rounding {
+    // Too close to tell by energies: the slope must shrink instead (Hager & Zhang 2005). Outside the
+    // domain the change is infinite, and so is its rounding.
+    if energy.is_finite() && (clear || change.abs() <= rounding) {
         problem.gradient(x, gradient);
         let finite = first_non_finite(gradient).is_none();
-        if finite && (clear || settles(gradient, start.direction, slope, norm0, decreases)) {
+        if finite && (clear || at.settles(gradient, start.direction, decreases)) {
             return Verdict::Good { energy, clear };
         }
     }
@@ -165,9 +167,16 @@ fn by_norm<const D: usize>(
     }
 }
 
-/// Whether the gradient at the trial point shows progress where energies cannot.
-fn settles(gradient: &[f64], direction: &[f64], slope: f64, norm0: f64, decreases: bool) -> bool {
-    let slope_now = dot(gradient, direction).abs();
-    let norm_now = norm(gradient);
-    norm_now < 0.9 * norm0 || slope_now <= 0.5 * slope.abs() || (decreases && norm_now <= norm0)
+impl Trial<'_> {
+    /// Whether the gradient at the trial point shows progress where energies cannot.
+    fn settles(&self, gradient: &[f64], direction: &[f64], decreases: bool) -> bool {
+        let slope = dot(gradient, direction);
+        let norm = norm(gradient);
+        // Steeper downhill at the end of the whole step: off a saddle the energy falls, however little,
+        // while neither slope nor gradient gets smaller.
+        (self.longest && slope <= self.slope)
+            || norm < 0.9 * self.norm0
+            || slope.abs() <= 0.5 * self.slope.abs()
+            || (decreases && norm <= self.norm0)
+    }
 }

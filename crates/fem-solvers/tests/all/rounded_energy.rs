@@ -107,3 +107,52 @@ fn a_gradient_that_does_not_halve_leads_nowhere_where_the_energy_is_all_rounding
         assert_eq!((1..=200).all(solved), leads, "{said}");
     }
 }
+
+/// ¼ (x² − 1)² + offset, which says it is as stiff as it is bent, whichever way: steps off its saddle at 0
+/// double what x is.
+struct Saddle {
+    pattern: Arc<BlockPattern>,
+    offset: f64,
+}
+
+impl NonlinearProblem<1> for Saddle {
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        Some(self.pattern.clone())
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        0.25 * (x[0] * x[0] - 1.0).powi(2) + self.offset
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        g[0] = x[0] * (x[0] * x[0] - 1.0);
+    }
+    fn hessian(&self, x: &[f64], _: HessianProjection, out: &mut BlockSymmetric<1>) {
+        out.values_mut()[0] = [[(3.0 * x[0] * x[0] - 1.0).abs()]];
+    }
+}
+
+impl Summed<1> for Saddle {
+    fn terms(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        vec![vec![x[0] * x[0] * x[0], -x[0]]]
+    }
+}
+
+/// The first steps lower the energy by less than can be seen, while the gradient and the slope grow.
+#[test]
+fn a_step_off_a_saddle_is_taken_where_its_energy_is_rounding() {
+    let params = NewtonParams::default();
+    for offset in [0.0, 1e3, -1e6] {
+        let problem = Saddle {
+            pattern: Arc::new(BlockPattern::from_adjacency(1, []).unwrap()),
+            offset,
+        };
+        for start in [1e-6, -3e-5] {
+            let mut x = [start];
+            let solved = Newton::new(&problem).solve(&problem, &mut x, &params);
+            assert!(solved.is_ok(), "{offset:e} {start:e}: {solved:?}");
+            assert!((x[0].abs() - 1.0).abs() < 1e-9, "{offset:e}: {x:?}");
+        }
+    }
+}

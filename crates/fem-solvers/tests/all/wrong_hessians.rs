@@ -302,17 +302,21 @@ fn a_residual_nearly_as_large_as_before_is_no_progress() {
 }
 
 #[test]
-fn a_smaller_residual_outside_the_domain_is_no_progress() {
-    let problem = Line {
-        merit: Merit::ResidualNorm,
-        least: 0.9,
-        ..line(0.8)
-    };
-    // The whole step ends at 0.5.
-    let (x, seen, end) = along(&problem, 3.0, 60);
-    assert!(seen.iter().all(|s| s.energy < f64::INFINITY), "{seen:?}");
-    assert_eq!(seen[1].t, 0.5);
-    assert!(end.is_none() && (x - 1.0).abs() < 1e-7);
+fn smaller_forces_outside_the_domain_are_no_progress() {
+    for merit in [Merit::ResidualNorm, Merit::Energy] {
+        let problem = Line {
+            merit,
+            least: 0.9,
+            ..line(0.8)
+        };
+        // The whole step ends at 0.5.
+        let (x, seen, end) = along(&problem, 3.0, 60);
+        assert!(seen.iter().all(|s| s.energy < f64::INFINITY), "{seen:?}");
+        // Its energy tells where on the line the minimum is.
+        let shorter = if merit == Merit::Energy { 0.8 } else { 0.5 };
+        assert!((seen[1].t - shorter).abs() < 1e-12, "{}", seen[1].t);
+        assert!(end.is_none() && (x - 1.0).abs() < 1e-7);
+    }
 }
 
 #[test]

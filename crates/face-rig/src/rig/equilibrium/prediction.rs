@@ -8,13 +8,15 @@ use fem_assembly::Quasistatic;
 
 /// Share of the force that may be left when a change is predicted by conjugate gradients.
 const PREDICTION: f64 = 1e-4;
+/// Of the whole change, what is tried beside it as a guess.
+const SHARES: [f64; 4] = [0.75, 0.5, 0.25, 0.0];
 /// Right-hand sides of a prediction: the whole change, and that of the bones alone.
 const PREDICTED: usize = 2;
 
 impl Rig {
     /// z at `state` moved along the tangent to `pose`, bones exactly there. Only a guess: where the
     /// tangent does not exist the flesh stays. Muscles may bend the way so much that it is better
-    /// to follow the bones alone.
+    /// to follow the bones alone, or the muscles for a part of the way.
     pub(super) fn predict(&mut self, state: &Equilibrium, pose: &Parameters) -> Vec<[f64; 3]> {
         let mut stays = state.in_cranium_frame.clone();
         self.place_bones(&mut stays, pose);
@@ -39,26 +41,39 @@ impl Rig {
             true => self.along(state, &of_bones, pose).unwrap_or(stays),
             false => stays,
         };
-        self.least_energy(whole, other, pose)
+        self.least_energy(&whole, &other, pose)
     }
 
-    /// The guess that is closer to an equilibrium; the first where neither has an energy.
+    /// Of guesses on the way from `some` to `all` of a change the one that is closest to an equilibrium;
+    /// the whole change where none has an energy. An energy costs a thirtieth of a Newton step, and far
+    /// along a tangent lips lie in each other, from where a solve takes dozens of steps.
     fn least_energy(
         &self,
-        first: Vec<[f64; 3]>,
-        second: Vec<[f64; 3]>,
+        all: &[[f64; 3]],
+        some: &[[f64; 3]],
         pose: &Parameters,
     ) -> Vec<[f64; 3]> {
         let controls = self.controls.of_energy(pose);
+        let between = |share: f64| -> Vec<[f64; 3]> {
+            let mixed = |(a, b): (&[f64; 3], &[f64; 3])| {
+                std::array::from_fn(|i| share * a[i] + (1.0 - share) * b[i])
+            };
+            all.iter().zip(some).map(mixed).collect()
+        };
         let energy = |z: &[[f64; 3]]| {
             let at = self.assembly.configuration(z, &controls);
             at.map_or(f64::INFINITY, |at| self.assembly.energy(at))
         };
-        if energy(&second) < energy(&first) {
-            second
-        } else {
-            first
+        let mut best = all.to_vec();
+        let mut least = energy(&best);
+        for share in SHARES {
+            let guess = between(share);
+            let of_guess = energy(&guess);
+            if of_guess < least {
+                (best, least) = (guess, of_guess);
+            }
         }
+        best
     }
 
     /// z moved along a change, bones at their pose.

@@ -39,9 +39,10 @@ enum Occasion {
 
 /// Surfaces of the flesh that push each other away where they come near: lips, lids, folds.
 ///
-/// E = Σ p̂ A ℓ/3 ((d̂ − g)/ℓ)³ w over pairs of a point and a triangle, and of two edges
+/// E = Σ p̂ A ℓ e((d̂ − g)/ℓ) w over pairs of a point and a triangle, and of two edges
 /// ([`FleshContactParams::edges`]), with
-/// g < d̂: p̂ is the pressure at touch, A an area at rest, g the gap along the normal of the triangle
+/// g < d̂: e(x) is x³/3 up to x = 2 and bends from there into a line, so that the pressure is that of x² and
+/// 12 p̂ from x = 6 on; p̂ is the pressure at touch, A an area at rest, g the gap along the normal of the triangle
 /// (of both edges), negative behind it, and w a product of windows that fade a pair out beyond the
 /// ends of its partners. d̂ is the pair's own: what was nearer at rest may be as near again, and
 /// ℓ = max(d̂, a quarter of the activation). Twice continuously differentiable; zero at rest.

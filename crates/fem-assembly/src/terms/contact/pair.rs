@@ -102,11 +102,11 @@ impl Pair {
         gap_and_weight(self.kind, scalars(self.at(x)))
     }
 
-    /// F ℓ/3 ((d̂ − g)/ℓ)³ w, joules: pressure grows with the square of what is missing of d̂.
+    /// F ℓ e((d̂ − g)/ℓ) w, joules, with e of [`push`].
     fn potential<T: Real>(&self, s: [T; 6]) -> T {
         let (gap, weight) = gap_and_weight(self.kind, s);
-        let depth = (T::from_f64(self.activation) - gap) * T::from_f64(1.0 / self.length);
-        depth * depth * depth * weight * T::from_f64(self.force * self.length / 3.0)
+        let lack = (T::from_f64(self.activation) - gap) * T::from_f64(1.0 / self.length);
+        push(lack)[0] * weight * T::from_f64(self.force * self.length)
     }
 
     /// Nothing is felt; false where a number is NaN.
@@ -199,12 +199,11 @@ impl Pair {
     /// The energy as a function of gap and shares.
     fn outer(&self, measures: &[f64; 4]) -> Outer {
         let windows @ [[f, df, _], [g, dg, _], [h, dh, _]] = windows(self.kind, *measures);
-        let scale = self.force * self.length / 3.0;
-        let depth = (self.activation - measures[0]) / self.length;
+        let [energy, pressure, stiffness] = push((self.activation - measures[0]) / self.length);
         let by_gap = [
-            scale * depth * depth * depth,
-            -3.0 * scale * depth * depth / self.length,
-            6.0 * scale * depth / (self.length * self.length),
+            self.force * self.length * energy,
+            -self.force * pressure,
+            self.force / self.length * stiffness,
         ];
         let weight = f * g * h;
         let others = [g * h, f * h, f * g];
@@ -236,6 +235,39 @@ impl Pair {
             curvatures,
         }
     }
+}
+
+/// Up to so many lengths of what is missing of d̂ the pressure grows with their square;
+const SHALLOW: f64 = 2.0;
+/// over so many more it grows less and less, to a² + a w = 12 p̂.
+const BENDS: f64 = 4.0;
+
+/// e(x) with its two derivatives, of which the first is the pressure in p̂: x³/3 as long as little is missing.
+///
+/// A point deep behind a triangle enters and leaves the triangle's windows by the energy of its depth. Energies
+/// of x³ are walls there, a hundredth of a millimeter wide, that no step of a solve gets past.
+fn push<T: Real>(x: T) -> [T; 3] {
+    let number = T::from_f64;
+    let third = number(1.0 / 3.0);
+    let shallow = [x * x * x * third, x * x, number(2.0) * x];
+    let (a, w) = (SHALLOW, BENDS);
+    // The slope falls from 2a to 0 over w.
+    let bent = |z: T| {
+        let rest = z * number(a / w);
+        [
+            number(a * a * a / 3.0) + z * (number(a * a) + z * (number(a) - rest * third)),
+            number(a * a) + z * (number(2.0 * a) - rest),
+            number(2.0 * a) - number(2.0) * rest,
+        ]
+    };
+    let z = x - number(a);
+    let [energy, pressure, _] = bent(number(w));
+    let deep = [energy + pressure * (z - number(w)), pressure, T::zero()];
+    let bent = bent(z);
+    std::array::from_fn(|order| {
+        let beyond = T::select(z.le(number(w)), bent[order], deep[order]);
+        T::select(x.le(number(a)), shallow[order], beyond)
+    })
 }
 
 /// The energy by gap and shares.
@@ -379,6 +411,14 @@ mod tests {
         }
     }
 
+    /// The same for which as much is missing in lengths as in a pair three or twelve times as deep.
+    fn pairs(kind: Kind) -> [Pair; 3] {
+        [0.6, 0.2, 0.05].map(|length| Pair {
+            length,
+            ..pair(kind)
+        })
+    }
+
     /// Places of four vertices that differ with k, in and beside each other's windows; every other two
     /// edges are nearly parallel.
     fn places(kind: Kind, k: usize) -> [Point; 4] {
@@ -407,15 +447,17 @@ mod tests {
     /// Dual numbers through the formula of the energy, against the closed forms.
     #[test]
     fn closed_forms_are_what_dual_numbers_give() {
-        let (mut felt, mut parallel) = (0, 0);
-        for kind in KINDS {
-            let pair = pair(kind);
+        let (mut felt, mut parallel, mut deep) = (0, 0, [0; 3]);
+        for pair in KINDS.into_iter().flat_map(pairs) {
+            let kind = pair.kind;
             for k in 0..60 {
                 let s = scalars(pair.at(places(kind, k)));
                 if pair.are_silent(s) {
                     continue;
                 }
                 felt += 1;
+                let lack = (pair.activation - pair.gap(places(kind, k)).0) / pair.length;
+                deep[usize::from(lack > SHALLOW) + usize::from(lack > SHALLOW + BENDS)] += 1;
                 let [.., [_, slope, _]] = windows(kind, Measures::new(kind, &s).values);
                 parallel += usize::from(kind != Kind::Point && slope > 0.0);
                 let (slopes, curvatures) = pair.second_order(&s);
@@ -443,7 +485,24 @@ mod tests {
                 }
             }
         }
-        assert!(felt > 60 && parallel > 20, "{felt}, {parallel}");
+        assert!(felt > 180 && parallel > 60, "{felt}, {parallel}");
+        assert!(deep.iter().all(|&n| n > 30), "{deep:?}");
+    }
+
+    /// Twice continuously: 0, 0, 0 at touch, and the same from both sides where the law changes.
+    #[test]
+    fn pressure_grows_with_the_square_and_then_no_more() {
+        assert_eq!(push(0.0), [0.0; 3]);
+        assert_eq!(push(1.0), [1.0 / 3.0, 1.0, 2.0]);
+        for x in [SHALLOW, SHALLOW + BENDS] {
+            let ([e, p, k], [f, q, l]) = (push(x - 1e-9), push(x + 1e-9));
+            assert!((f - e - 2e-9 * p).abs() < 1e-13 && (q - p - 2e-9 * k).abs() < 1e-13);
+            assert!((l - k).abs() < 1e-8, "{k} {l}");
+        }
+        let [e, p, k] = push(7.0);
+        let [f, q, _] = push(8.5);
+        assert!((p - 12.0).abs() < 1e-13 && (q, k) == (p, 0.0), "{p} {k}");
+        assert!((f - e - 18.0).abs() < 1e-12);
     }
 
     #[test]

@@ -5,7 +5,8 @@
 pub struct FleshContactParams {
     /// d̂: the gap below which surfaces push, meters; less where they are nearer at rest.
     pub activation: f64,
-    /// The pressure where they just touch, pascals; four times that at a depth of d̂.
+    /// The pressure where they just touch, pascals; four times that at a depth of d̂, and no more than twelve
+    /// times that from five d̂ on.
     pub pressure: f64,
     /// How deep a point may lie behind a surface to be pushed out, with the margin on top, meters.
     pub depth: f64,
