@@ -414,6 +414,33 @@ fn a_look_for_a_step_is_a_look_at_its_start_and_one_along_it() {
     }
 }
 
+/// What settled is asked for again where it settled, and nowhere else, however near: a tip that turns to face
+/// its partner by a hundredth of a degree.
+#[test]
+fn a_place_beside_one_that_settled_is_looked_at() {
+    let mesh = pointed();
+    let (mut contact, body) = points_alone(&mesh);
+    let look = |contact: &mut FleshContact, degrees: f64| {
+        let x = tip(&mesh, -0.01, degrees);
+        contact.renew(body.configuration(&x, &[]).unwrap());
+        contact.pairs()
+    };
+    let (mut faces, mut looks_away) = (90.0, 95.0);
+    while looks_away - faces > 0.01 {
+        let degrees = 0.5 * (faces + looks_away);
+        contact.forget();
+        match look(&mut contact, degrees) {
+            0 => looks_away = degrees,
+            _ => faces = degrees,
+        }
+    }
+    for _ in 0..2 {
+        let found = [faces, faces, faces, looks_away, looks_away, looks_away];
+        let found = found.map(|degrees| look(&mut contact, degrees) > 0);
+        assert_eq!(found, [true, true, true, false, false, false]);
+    }
+}
+
 /// A pair that comes with a push and goes twice stays as long as it does not clearly face away; one
 /// that is dropped even so stays as long as it is near, until all is forgotten.
 #[test]

@@ -63,6 +63,9 @@ pub struct FleshContact {
     spreads: Vec<Spread>,
     /// The way of the vertices along which the pairs were found.
     found: Way,
+    /// Where the pairs were last seen to be all that is near, and all that pushes: a derivative asks again
+    /// where its equilibrium was found.
+    settled: Option<Vec<Point>>,
     /// Must the next look know no earlier pairs?
     forgets: bool,
     /// How often pairs came or went with a push at an equilibrium, since they last settled; sorted, as
@@ -139,6 +142,7 @@ impl FleshContact {
             pairs: Vec::new(),
             spreads: Vec::new(),
             found: Way::at(Vec::new()),
+            settled: None,
             forgets: false,
             disputes: Vec::new(),
             kept: Vec::new(),
@@ -233,8 +237,14 @@ impl FleshContact {
         if !self.found.holds(&here.from, self.points(), room) {
             return false;
         }
+        if self.settled.as_ref() == Some(&here.from) {
+            return true;
+        }
         let near = self.found_near(here, 0.0);
-        includes(&self.pairs, &near) && self.others_that_push(&near, &here.from).is_empty()
+        let settled =
+            includes(&self.pairs, &near) && self.others_that_push(&near, &here.from).is_empty();
+        self.settled = settled.then(|| here.from.clone());
+        settled
     }
 
     fn found_near(&mut self, way: &Way, margin: f64) -> Vec<Pair> {
@@ -248,6 +258,7 @@ impl FleshContact {
     fn set(&mut self, pairs: Vec<Pair>, way: Way) {
         let spread = |pair: &Pair| self.carrier.spread(pair.vertices);
         self.spreads = pairs.iter().map(spread).collect();
+        self.settled = None;
         self.pairs = pairs;
         self.found = way;
     }

@@ -13,8 +13,6 @@ use fem_solvers::parallel::map;
 const SQUARE: f64 = 0.3;
 /// sin² from which on two edges have a common perpendicular.
 const SKEW: f64 = 0.005;
-/// Room for rounding in distances from planes, as a share of what counts as near.
-const ROUNDED: f64 = 1e-6;
 /// What a pair that is to be kept may lose of that before it is none.
 const KEPT: f64 = 0.5;
 /// Up to which product of its normals it still faces each other; others do below 0.
@@ -40,9 +38,49 @@ struct Look<'a> {
     way: &'a Way,
     positions: &'a [Point],
     normals: Normals,
+    plates: Vec<Plate>,
+    /// No two vertices move against each other by more on the way.
+    most: f64,
     /// How much wider than what is felt.
     margin: f64,
     stay: Stay<'a>,
+}
+
+/// Of a triangle in a look what tells where points are before it: most pairs are ruled out by that.
+#[derive(Clone, Copy)]
+struct Plate {
+    /// The gap and the second and third share as affine functions.
+    gap: (Point, f64),
+    shares: [(Point, f64); 2],
+    heights: [f64; 3],
+}
+
+impl Plate {
+    fn new([a, b, c]: [Point; 3], unit_normal: Point) -> Self {
+        let (e, f) = (sub(b, a), sub(c, a));
+        let normal = cross(e, f);
+        let square = dot(normal, normal);
+        let affine = |slope: Point| (slope, -dot(slope, a));
+        let share = |slope: Point| affine(slope.map(|s| s / square));
+        let height = |side: Point| square.sqrt() / norm(side);
+        Self {
+            gap: affine(unit_normal),
+            shares: [share(cross(f, normal)), share(cross(normal, e))],
+            heights: [height(sub(c, b)), height(f), height(e)],
+        }
+    }
+
+    fn gap(&self, x: Point) -> f64 {
+        dot(self.gap.0, x) + self.gap.1
+    }
+
+    /// Is x above the triangle, or beside it by no more than its windows and a margin?
+    fn is_above(&self, x: Point, margin: f64) -> bool {
+        let [second, third] = self.shares.map(|(slope, start)| dot(slope, x) + start);
+        let shares = [1.0 - second - third, second, third];
+        let over = |(share, height): (&f64, &f64)| *share >= -BAND - margin / height;
+        shares.iter().zip(&self.heights).all(over)
+    }
 }
 
 /// A pair, and whether its partners face each other beyond doubt.
@@ -132,10 +170,17 @@ impl Search {
         self.edge_tree.fit(&edges);
         let search = &*self;
         let positions = &way.from;
+        let normals = self.surface.normals(positions);
+        let plate = |(corners, normal): (&[u32; 3], &Point)| {
+            Plate::new(self.surface.corners(positions, corners), *normal)
+        };
+        let all = self.surface.triangles.iter().zip(&normals.triangles);
         let look = Look {
             way,
             positions,
-            normals: self.surface.normals(positions),
+            plates: all.map(plate).collect(),
+            most: way.most_between(&self.surface.points),
+            normals,
             margin,
             stay,
         };
@@ -206,11 +251,16 @@ impl Search {
 
     /// The pair, if it would do. What rules most out comes first, what reads most memory last.
     fn candidate(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Pair> {
-        let partners = self.partners(look, kind, a, b)?;
         if kind == Kind::Point && self.is_far(look, a, b) {
             return None;
         }
-        if !self.is_near(look, &partners.pair) || self.is_one_piece(kind, a, b) {
+        let partners = self.partners(look, kind, a, b)?;
+        let near = if kind == Kind::Point {
+            self.is_point_near(look, &partners.pair, b)
+        } else {
+            self.are_edges_near(look, &partners.pair)
+        };
+        if !near || self.is_one_piece(kind, a, b) {
             return None;
         }
         look.accepted(partners, &self.surface.rest)
@@ -227,15 +277,26 @@ impl Search {
     }
 
     /// May what the pair would feel be reached from where the look is?
-    fn is_near(&self, look: &Look, pair: &Pair) -> bool {
-        let x = pair.vertices.map(|n| look.positions[n as usize]);
-        let (gap, shares, sizes) = if pair.kind == Kind::Point {
-            on_triangle(x)
-        } else {
-            on_edges(pair.kind, x)
+    fn is_point_near(&self, look: &Look, pair: &Pair, triangle: usize) -> bool {
+        let [node, ..] = pair.vertices;
+        let (plate, x) = (&look.plates[triangle], look.positions[node as usize]);
+        let gap = plate.gap(x);
+        let within = |margin: f64| {
+            gap <= pair.activation + margin
+                && gap >= -self.params.deepest()
+                && plate.is_above(x, margin)
         };
-        let partners = if pair.kind == Kind::Point { 1 } else { 2 };
-        let (first, second) = pair.vertices.split_at(partners);
+        let moved = || {
+            look.way
+                .change_between(&pair.vertices[..1], &pair.vertices[1..])
+        };
+        within(look.margin) || within(look.margin + look.most) && within(look.margin + moved())
+    }
+
+    fn are_edges_near(&self, look: &Look, pair: &Pair) -> bool {
+        let x = pair.vertices.map(|n| look.positions[n as usize]);
+        let (gap, shares, sizes) = on_edges(pair.kind, x);
+        let (first, second) = pair.vertices.split_at(2);
         let margin = look.margin + look.way.change_between(first, second);
         let high = pair.activation + margin;
         let near = gap <= high && gap >= -self.params.deepest();
@@ -243,20 +304,14 @@ impl Search {
         near && shares.iter().zip(&sizes).all(over)
     }
 
-    /// Is a point farther before or behind the plane of a triangle than any pair may be? The cheapest of
-    /// all reasons against one.
+    /// Is a point farther before or behind the plane of a triangle than any pair may be, or beside it? The
+    /// cheapest of all reasons against one.
     fn is_far(&self, look: &Look, node: usize, triangle: usize) -> bool {
-        let corners = &self.surface.triangles[triangle];
-        let start = look.positions[corners[0] as usize];
-        let gap = dot(
-            look.normals.triangles[triangle],
-            sub(look.positions[node], start),
-        );
+        let (plate, x) = (&look.plates[triangle], look.positions[node]);
+        let gap = plate.gap(x);
         let (activation, behind) = (self.params.activation, self.params.deepest());
-        let rounding = ROUNDED * (activation + behind + look.margin);
-        let before = activation + look.margin;
-        let moved = || look.way.change_between(&[node as u32], corners);
-        gap < -behind - rounding || gap > before + rounding && gap > before + rounding + moved()
+        let margin = look.margin + look.most;
+        gap < -behind || gap > activation + margin || !plate.is_above(x, margin)
     }
 
     fn partners(&self, look: &Look, kind: Kind, a: usize, b: usize) -> Option<Partners> {
@@ -388,22 +443,6 @@ fn is_clearly_behind(ahead: [f64; 2], distance: f64) -> bool {
     ahead.iter().any(|&a| a < -CLEARLY * distance)
 }
 
-/// Gap, barycentric coordinates, heights.
-fn on_triangle([x, a, b, c]: [Point; 4]) -> (f64, [f64; 4], [f64; 4]) {
-    let (e, f, u) = (sub(b, a), sub(c, a), sub(x, a));
-    let normal = cross(e, f);
-    let doubled = norm(normal);
-    let square = doubled * doubled;
-    let second = dot(cross(u, f), normal) / square;
-    let third = dot(cross(e, u), normal) / square;
-    let height = |side: Point| doubled / norm(side);
-    (
-        dot(u, normal) / doubled,
-        [1.0 - second - third, second, third, 1.0],
-        [height(sub(c, b)), height(f), height(e), 1.0],
-    )
-}
-
 /// Gap, shares of both edges before and behind the nearest points of their lines, lengths.
 fn on_edges(kind: Kind, [p, q, r, s]: [Point; 4]) -> (f64, [f64; 4], [f64; 4]) {
     let (e, f, u) = (sub(q, p), sub(s, r), sub(r, p));
@@ -418,4 +457,38 @@ fn on_edges(kind: Kind, [p, q, r, s]: [Point; 4]) -> (f64, [f64; 4], [f64; 4]) {
         [first, 1.0 - first, second, 1.0 - second],
         [le, le, lf, lf],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terms::contact::geometry::unit;
+
+    /// Gap and shares by volumes and areas of their own, for points all around.
+    #[test]
+    fn a_plate_tells_where_points_are_before_its_triangle() {
+        let wave = |k: usize| (12.9 * k as f64).sin();
+        for k in 0..20 {
+            let corner = |v: usize| std::array::from_fn(|i| 0.1 + wave(9 * k + 3 * v + i));
+            let [a, b, c]: [Point; 3] = std::array::from_fn(corner);
+            let normal = unit(cross(sub(b, a), sub(c, a)));
+            let plate = Plate::new([a, b, c], normal);
+            let signed = |p: Point, q: Point, r: Point| dot(cross(sub(q, p), sub(r, p)), normal);
+            for n in 0..30 {
+                let x: Point = std::array::from_fn(|i| 2.0 * wave(7 * n + i + k));
+                let gap = dot(normal, sub(x, b));
+                assert!((plate.gap(x) - gap).abs() < 1e-12);
+                // How far x is beyond each side, within the plane, and the height over that side.
+                let sides = [(b, c), (c, a), (a, b)];
+                let off = sides.map(|(p, q)| {
+                    let side = norm(sub(q, p));
+                    let height = signed(a, b, c) / side;
+                    -signed(p, q, x) / side - BAND * height
+                });
+                let most = off.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                assert!(plate.is_above(x, most + 1e-9), "{k} {n}");
+                assert!(!plate.is_above(x, most - 1e-9), "{k} {n}");
+            }
+        }
+    }
 }

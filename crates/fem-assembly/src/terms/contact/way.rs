@@ -50,6 +50,12 @@ impl Way {
         some.iter().map(between).fold(0.0, f64::max)
     }
 
+    /// By how much the distance of any two of the points changes at most, or less.
+    pub fn most_between(&self, points: &[u32]) -> f64 {
+        let length = |&n: &u32| norm(self.of(n));
+        2.0 * points.iter().map(length).fold(0.0, f64::max)
+    }
+
     /// The share of the way at which positions are, as well as a share says it.
     fn share(&self, positions: &[Point], points: &[u32]) -> f64 {
         let progress = |&n: &u32| {
