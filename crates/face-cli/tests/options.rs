@@ -9,6 +9,8 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
+#[path = "options/at_once.rs"]
+mod at_once;
 #[path = "options/ends.rs"]
 mod ends;
 #[path = "options/of_scenes.rs"]

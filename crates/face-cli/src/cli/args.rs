@@ -269,6 +269,13 @@ pub struct FitArgs {
     /// Start each target from the result of the one before, as for the frames of a sequence.
     #[arg(long)]
     pub warm_start: bool,
+    /// Fits that run at once, each with a rig of its own and its share of the threads; results have the same
+    /// bits for any number. If it is not given, one for each thread, since one fit cannot keep several threads
+    /// busy: but not more than there are targets, and only as many as keep the factors of all rigs below
+    /// 4 GiB (two in each rig, of 8 bytes for each nonzero, counted at rest). 1 takes the least memory.
+    /// Always 1 with --warm-start, where each fit waits for the one before.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub at_once: Option<u16>,
     /// When a multigrid hierarchy is used in place of factorizations: `auto` from a few hundred thousand
     /// tetrahedra on, and for derivatives of few numbers; `always` takes the least memory.
     #[arg(long, default_value = "auto")]

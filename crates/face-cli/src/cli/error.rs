@@ -49,6 +49,12 @@ pub enum Failure {
     NoLandmarks { scene: String },
     #[error("{scene}: no targets to fit; give the scene a \"targets\" entry or use --targets FILE")]
     NoTargets { scene: String },
+    /// Fits that follow each other, side by side.
+    #[error(
+        "--at-once {asked}: with --warm-start each fit starts from the result of the one before, so they \
+         run one at a time; leave one of the two out"
+    )]
+    AtOnce { asked: u16 },
     #[error("target {name}: {source}")]
     Target { name: String, source: FitError },
     #[error(
@@ -82,7 +88,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// 1 for what did not converge, 3 for input, 4 for output.
+    /// 1 for what did not converge, 2 for the command line, 3 for input, 4 for output.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Pose(_)
@@ -91,6 +97,7 @@ impl Failure {
             | Self::Fit(FitError::Start(_) | FitError::Pose(_) | FitError::NotConverged { .. }) => {
                 1
             }
+            Self::AtOnce { .. } => 2,
             Self::Fit(_)
             | Self::Scene(_)
             | Self::RigScene(_)

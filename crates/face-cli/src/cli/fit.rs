@@ -1,27 +1,23 @@
 //! `face-rig fit`.
 
 use super::args::{FitArgs, Head, Jaw, Method, Multigrid, OutputArgs, Pictures, Points};
+use super::at_once;
 use super::clock::Clock;
 use super::draw::convergence;
 use super::error::Failure;
-use super::gallery::{Finished, Gallery};
+use super::gallery::Gallery;
 use super::output::{Output, say};
-use super::progress::bar;
-use super::shape_files::Fields;
 use super::source::open;
-use face_rig::fit::{
-    CraniumModel, FitError, FitIteration, FitParams, JawModel, Orthogonality, Parametrization,
-};
-use face_rig::rig::{Rig, RigParams};
-use face_scenes::{
-    ExpressionFit, FitSpec, Outcome, PointsSpec, Scene, Target, TargetKind, fit_expression,
-};
+use super::workers::Fitting;
+use face_rig::fit::{CraniumModel, FitParams, JawModel, Orthogonality, Parametrization};
+use face_rig::rig::{MultigridUse, RigParams};
+use face_scenes::{ExpressionFit, FitSpec, Outcome, PointsSpec, Scene, Target, TargetKind};
 use fem_solvers::{Loss, StepMethod};
-use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
 pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), Failure> {
+    at_once::check(args)?;
     clock.enter("scene");
     let mut source = open(&args.scene, args.align && args.targets.is_none())?;
     if let Some(file) = &args.targets {
@@ -35,19 +31,25 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     if args.multigrid != Multigrid::Auto {
         rig_params.multigrid = args.multigrid.into();
     }
-    let mut rig = scene.rig(rig_params)?;
+    let rig = scene.rig(rig_params)?;
+    let at_once = at_once::count(args, targets.len(), &rig)?;
+    let multigrid = rig.params().multigrid;
     let map = parametrization(scene, args);
     let params = params(scene, args);
     out.enter("rest picture");
     let gallery = Gallery::new(&source, &out, targets.len())?;
     let all = Fitting {
         scene,
-        args,
+        rig_params,
+        points: points(scene, args),
+        landmark_weight: landmark_weight(scene, args),
         map: &map,
         params: &params,
+        warm_start: args.warm_start,
+        formats: out.formats.clone(),
         gallery: &gallery,
     };
-    let (fits, impossible) = all.run(&mut rig, &targets, &mut out)?;
+    let (fits, impossible) = all.run(rig, &targets, at_once, &mut out)?;
     out.enter("sheet");
     gallery.finish(&mut out)?;
     if out.pictures != Pictures::None {
@@ -57,19 +59,12 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     out.enter("report");
     let muscles: Vec<&str> = scene.muscles.iter().map(|m| m.name.as_str()).collect();
     let results = json!({ "muscles": muscles, "fits": fits, "impossible": impossible });
-    let settings = settings(scene, args, &params, &rig);
+    let settings = settings(scene, args, &params, multigrid, at_once);
     let report = out.report("fit", settings, results)?;
     if output.json {
         say(serde_json::to_string_pretty(&report)?)?;
     } else {
-        say(table(&fits).trim_end())?;
-        let found = fits.iter().filter_map(|fit| controls(scene, fit));
-        for line in fits.iter().filter_map(aligned).chain(found) {
-            say(line)?;
-        }
-        for (name, why) in &impossible {
-            say(format!("{name}: {why}"))?;
-        }
+        summary(scene, &fits, &impossible)?;
         say(format!("results in {}", out.folder().display()))?;
     }
     let unfinished = fits.iter().filter(|f| !f.converged());
@@ -86,7 +81,30 @@ pub fn run(args: &FitArgs, output: &OutputArgs, mut clock: Clock) -> Result<(), 
     }
 }
 
-fn settings(scene: &Scene, args: &FitArgs, params: &FitParams, rig: &Rig) -> Value {
+/// What the user is told of all fits.
+fn summary(
+    scene: &Scene,
+    fits: &[ExpressionFit],
+    impossible: &BTreeMap<String, String>,
+) -> Result<(), Failure> {
+    say(table(fits).trim_end())?;
+    let found = fits.iter().filter_map(|fit| controls(scene, fit));
+    for line in fits.iter().filter_map(aligned).chain(found) {
+        say(line)?;
+    }
+    for (name, why) in impossible {
+        say(format!("{name}: {why}"))?;
+    }
+    Ok(())
+}
+
+fn settings(
+    scene: &Scene,
+    args: &FitArgs,
+    params: &FitParams,
+    multigrid: MultigridUse,
+    at_once: usize,
+) -> Value {
     let of_scene = scene.fit.orthogonality;
     let orthogonality = match args.orthogonality {
         Some(mm2) => json!(mm2),
@@ -99,7 +117,7 @@ fn settings(scene: &Scene, args: &FitArgs, params: &FitParams, rig: &Rig) -> Val
         "method": format!("{:?}", params.method), "relax_mm2": args.relax,
         "jaw_weight_mm2": jaw_weight(scene, args), "orthogonality_mm2": orthogonality, "robust_mm": args.robust,
         "stop_mm": args.stop, "max_iterations": args.max_iterations, "warm_start": args.warm_start,
-        "multigrid": Multigrid::told(rig.params().multigrid) })
+        "at_once": at_once, "multigrid": Multigrid::told(multigrid) })
 }
 
 /// What the command line says, or else the scene; landmarks alone where no target knows the skin.
@@ -197,113 +215,8 @@ fn params(scene: &Scene, args: &FitArgs) -> FitParams {
     }
 }
 
-/// Every fit, and why the others could not even begin.
-type Fits = (Vec<ExpressionFit>, BTreeMap<String, String>);
-
-/// What all fits have in common.
-struct Fitting<'a> {
-    scene: &'a Scene,
-    args: &'a FitArgs,
-    map: &'a Parametrization,
-    params: &'a FitParams,
-    gallery: &'a Gallery<'a>,
-}
-
-impl Fitting<'_> {
-    /// One fit after the other; files and pictures of one are made while the next is at work.
-    fn run(&self, rig: &mut Rig, targets: &[&Target], out: &mut Output) -> Result<Fits, Failure> {
-        let progress = bar(targets.len(), "expression");
-        let rest = rig.equilibrium().clone();
-        let mut start = self.map.rest();
-        let (mut fits, mut impossible) = (Vec::new(), BTreeMap::new());
-        out.enter("fit");
-        rayon::in_place_scope(|scope| {
-            for (place, &target) in targets.iter().enumerate() {
-                if self.gallery.failed() {
-                    // A full disk, say; the gallery tells why when it is asked to finish.
-                    break;
-                }
-                if !self.args.warm_start {
-                    rig.start_from(rest.clone())?;
-                    start = self.map.rest();
-                }
-                let fit = self.fit(rig, target, &start, &progress);
-                progress.inc(1);
-                match fit {
-                    Ok(fit) => {
-                        start.clone_from(&fit.q);
-                        let finished = self.finished(place, rig, &fit, out)?;
-                        let gallery = self.gallery;
-                        scope.spawn(move |_| gallery.add(target, &finished));
-                        fits.push(fit);
-                    }
-                    Err(FitError::Start(why) | FitError::Pose(why)) => {
-                        impossible.insert(target.name.clone(), why.to_string());
-                    }
-                    Err(error) => {
-                        return Err(Failure::Target {
-                            name: target.name.clone(),
-                            source: error,
-                        });
-                    }
-                }
-            }
-            out.enter("files and pictures");
-            progress.set_message("files and pictures");
-            Ok(())
-        })?;
-        progress.finish_and_clear();
-        Ok((fits, impossible))
-    }
-
-    fn fit(
-        &self,
-        rig: &mut Rig,
-        target: &Target,
-        start: &[f64],
-        progress: &ProgressBar,
-    ) -> Result<ExpressionFit, FitError> {
-        let points = points(self.scene, self.args);
-        let observed = points.observed(landmark_weight(self.scene, self.args));
-        let mut observer = |i: &FitIteration| {
-            progress.set_message(format!(
-                "{}: step {}, RMS {:.3} mm, {} activations at bounds",
-                target.name, i.iteration, i.rms_mm, i.activations_at_bounds
-            ));
-        };
-        fit_expression(
-            self.scene,
-            rig,
-            target,
-            observed,
-            self.map,
-            self.params,
-            start,
-            &mut observer,
-        )
-    }
-
-    fn finished(
-        &self,
-        place: usize,
-        rig: &Rig,
-        fit: &ExpressionFit,
-        out: &Output,
-    ) -> Result<Finished, Failure> {
-        let parameters = self.map.parameters(&fit.q)?;
-        Ok(Finished {
-            place,
-            name: fit.name.clone(),
-            heading: line(fit, points(self.scene, self.args)),
-            caption: format!("{}: {:.2} mm RMS", fit.name, fit.rms_after_mm),
-            positions: fit.positions.clone(),
-            jaw: parameters.jaw,
-            fields: Fields::of(&out.formats, self.scene, rig, &parameters, &fit.positions)?,
-        })
-    }
-}
-
-fn line(fit: &ExpressionFit, points: PointsSpec) -> String {
+/// The line above the picture of a fit.
+pub fn line(fit: &ExpressionFit, points: PointsSpec) -> String {
     let jaw = match fit.jaw_pose.opening_degrees {
         0.0 => String::new(),
         d => format!(", jaw {d:.1} deg"),

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod args;
+mod at_once;
 mod check;
 mod clock;
 mod demo;
@@ -16,6 +17,7 @@ mod progress;
 mod shape_files;
 mod simulate;
 mod source;
+mod workers;
 
 use args::{Args, Command};
 use clap::Parser;
