@@ -12,9 +12,8 @@ use super::output::Output;
 use super::progress::bar;
 use super::shape_files::Fields;
 use face_rig::fit::{FitError, FitIteration, FitParams, Parametrization};
-use face_rig::rig::{Equilibrium, MultigridUse, Rig, RigError, RigParams};
+use face_rig::rig::{Equilibrium, Rig, RigParams};
 use face_scenes::{ExpressionFit, PointsSpec, Scene, Target, fit_expression};
-use fem_solvers::LinearSolver;
 use indicatif::ProgressBar;
 use rayon::{Scope, ThreadPoolBuilder};
 use std::collections::BTreeMap;
@@ -203,11 +202,9 @@ impl Fitting<'_> {
 
     fn seated(&self, mut rig: Rig) -> Seat {
         let rest = rig.equilibrium().clone();
-        if !remembers(&rig) {
-            // What a rig finds out in its first solve, and never again, counts to no fit. Whether there is
-            // an equilibrium at rest is for the fits to tell.
-            rig.solve(&rest.parameters).ok();
-        }
+        // What a rig finds out in its first solve, and never again, counts to no fit. Whether there is
+        // an equilibrium at rest is for the fits to tell.
+        rig.solve(&rest.parameters).ok();
         Seat {
             rig,
             rest,
@@ -218,18 +215,16 @@ impl Fitting<'_> {
 
     /// A rig that knows of no other fit, unless each goes on from the one before.
     fn ready<'s>(&self, seat: &'s mut Option<Seat>) -> Result<&'s mut Seat, Failure> {
-        let goes_on = |seat: &Seat| seat.used && self.warm_start;
-        let spent = |seat: &Seat| seat.used && !self.warm_start && remembers(&seat.rig);
-        let mut ready = match seat.take().filter(|seat| !spent(seat)) {
+        let seat = match seat {
             Some(kept) => kept,
-            None => self.seated(self.scene.rig(self.rig_params)?),
+            None => seat.insert(self.seated(self.scene.rig(self.rig_params)?)),
         };
-        if !goes_on(&ready) {
-            to_rest(&mut ready.rig, &ready.rest)?;
-            ready.start = self.map.rest();
+        if !(seat.used && self.warm_start) {
+            seat.rig.start_from(seat.rest.clone())?;
+            seat.start = self.map.rest();
         }
-        ready.used = true;
-        Ok(seat.insert(ready))
+        seat.used = true;
+        Ok(seat)
     }
 
     fn fit(
@@ -263,23 +258,6 @@ impl Fitting<'_> {
             fields: Fields::of(&self.formats, self.scene, rig, &parameters, &fit.positions)?,
         })
     }
-}
-
-/// Does a solve depend on the solves before it, wherever it starts? Factors and hierarchies that serve as
-/// long as they are good enough do that: a step is then as exact as it has to be, but not the same.
-fn remembers(rig: &Rig) -> bool {
-    let params = rig.params();
-    params.newton.linear_solver == LinearSolver::DirectSingle
-        || params.multigrid == MultigridUse::Always
-}
-
-/// Back to rest, from elsewhere: a derivative that a fit has left there would spare the next one a
-/// factorization, so that what a report counts would depend on which fit a rig had before.
-fn to_rest(rig: &mut Rig, rest: &Equilibrium) -> Result<(), RigError> {
-    let mut elsewhere = rest.clone();
-    elsewhere.parameters.jaw.translation[0] += 1.0;
-    rig.start_from(elsewhere)?;
-    rig.start_from(rest.clone())
 }
 
 /// Ends in the order of the targets; where some are errors, the first of them.

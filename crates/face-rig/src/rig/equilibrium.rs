@@ -288,8 +288,8 @@ impl Rig {
             ..self.work
         }
     }
-    /// Makes an earlier pose the starting point of the next solve, which then depends on no pose
-    /// solved since.
+    /// Makes an earlier pose the starting point of the next solve, which then depends on nothing that the rig
+    /// has done since or before, its factors and derivatives included.
     ///
     /// # Errors
     /// When it is of another rig's lengths, or θ is not finite.
@@ -306,8 +306,9 @@ impl Rig {
                 expected,
             });
         }
-        self.tangent.take_if(|tangent| tangent.at != equilibrium);
+        self.tangent = None;
         self.assembly.forget();
+        self.newton.forget();
         self.equilibrium = equilibrium;
         Ok(())
     }

@@ -1,10 +1,12 @@
 //! What a fit pays for.
 
-use super::derivatives::{MUSCLES, rig, rig_pulled_by, rig_with};
+use super::derivatives::{MUSCLES, pose, rig, rig_pulled_by, rig_with};
 use super::promise::Rig;
 use face_rig::anatomy::{EmbeddedPoint, JawHinge};
 use face_rig::fit::{CraniumModel, FitParams, Fitter, JawModel, Parametrization};
-use face_rig::rig::{AllNodes, EmbeddedPoints, Observation, Parameters, RigParams, Work};
+use face_rig::rig::{
+    AllNodes, EmbeddedPoints, MultigridUse, Observation, Parameters, RigParams, Work,
+};
 use fem_assembly::Passes;
 use fem_materials::curves::PhysBam;
 
@@ -123,5 +125,46 @@ fn rigs_for_fits_find_the_same_with_fewer_newton_steps() {
     // A tenth of a micrometer in a block of eight centimeters.
     for (a, b) in exact.iter().flatten().zip(near.iter().flatten()) {
         assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-7), "{a:?} {b:?}");
+    }
+}
+
+/// Factors and hierarchies serve later poses as long as they are good enough; a pose that is started from
+/// another one takes the same steps, iterations and bits whatever was solved or derived before.
+#[test]
+fn what_starts_from_a_pose_depends_on_nothing_done_before() {
+    let kept = RigParams {
+        keeps_factor_above: 0.0,
+        ..RigParams::default()
+    };
+    let hierarchies = RigParams {
+        multigrid: MultigridUse::Always,
+        ..RigParams::default()
+    };
+    for params in [RigParams::default(), kept, hierarchies] {
+        let mut rig = rig_with(params);
+        let rest = rig.solve(&Parameters::rest(MUSCLES)).unwrap().clone();
+        let mut runs = Vec::new();
+        for other in [0.0, 0.3, 0.0, 0.9] {
+            let mut elsewhere = Parameters::rest(MUSCLES);
+            elsewhere.activations[1] = other;
+            rig.start_from(rest.clone()).unwrap();
+            rig.solve(&elsewhere).unwrap();
+            let _ = rig.sensitivity().unwrap();
+            rig.start_from(rest.clone()).unwrap();
+            let before = rig.work();
+            let shape = rig.solve(&pose()).unwrap().positions();
+            let _ = rig.sensitivity().unwrap();
+            let done = rig.work() - before;
+            let counts = [done.newton_steps, done.factorizations];
+            runs.push((shape, counts, done.linear_iterations));
+        }
+        for run in &runs[1..] {
+            assert!(
+                *run == runs[0],
+                "{:?} {:?}",
+                (run.1, run.2),
+                (runs[0].1, runs[0].2)
+            );
+        }
     }
 }

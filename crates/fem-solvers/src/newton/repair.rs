@@ -113,6 +113,14 @@ impl<'d, const D: usize> Workspace<'d, D> {
         self.directions = Directions::Custom(Box::new(direction));
     }
 
+    /// What directions remember of earlier systems goes.
+    pub fn forget(&mut self) {
+        match &mut self.directions {
+            Directions::Custom(custom) => custom.forget(),
+            Directions::Setting(made) => *made = None,
+        }
+    }
+
     /// The same while a solve goes on, if the pattern of the problem is another by now.
     pub fn follow(&mut self, problem: &(impl NonlinearProblem<D> + ?Sized)) {
         let (Some(own), Some(other)) = (&self.matrix, problem.pattern()) else {

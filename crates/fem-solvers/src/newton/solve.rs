@@ -177,6 +177,12 @@ impl<'d, const D: usize> Newton<'d, D> {
         self.workspace.renew(problem);
     }
 
+    /// Lets the next solve depend on none before it: factors and hierarchies that serve as long as they are
+    /// good enough are dropped, the analysis stays.
+    pub fn forget(&mut self) {
+        self.workspace.forget();
+    }
+
     /// Minimizes from `x`; `x` becomes the solution.
     ///
     /// # Errors

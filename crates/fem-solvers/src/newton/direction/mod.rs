@@ -137,6 +137,9 @@ pub trait DescentDirection<const D: usize>: Send + Sync {
         system: &mut NewtonSystem<'_, D>,
         dx: &mut [f64],
     ) -> Result<Descent, NewtonFailure>;
+
+    /// Drops what earlier systems have left: the next direction is to depend on its own system alone.
+    fn forget(&mut self) {}
 }
 
 /// The policy of a setting, with nothing remembered yet.

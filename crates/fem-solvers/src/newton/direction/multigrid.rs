@@ -98,6 +98,9 @@ pub(crate) fn bytes_of_an_iteration<const D: usize>(symbolic: &SymbolicCholesky<
 }
 
 impl<const D: usize, const K: usize> DescentDirection<D> for MultigridDirection<D, K> {
+    fn forget(&mut self) {
+        *self = Self::new(self.params);
+    }
     fn direction(
         &mut self,
         system: &mut NewtonSystem<'_, D>,
