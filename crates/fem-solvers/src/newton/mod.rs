@@ -2,6 +2,7 @@
 
 mod direction;
 mod factorizer;
+mod forcing;
 mod line_minimum;
 mod line_search;
 mod padded;
