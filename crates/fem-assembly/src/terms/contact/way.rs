@@ -50,7 +50,7 @@ impl Way {
         some.iter().map(between).fold(0.0, f64::max)
     }
 
-    /// By how much the distance of any two of the points changes at most, or less.
+    /// The distance of no two of the points changes by more.
     pub fn most_between(&self, points: &[u32]) -> f64 {
         let length = |&n: &u32| norm(self.of(n));
         2.0 * points.iter().map(length).fold(0.0, f64::max)
