@@ -186,7 +186,8 @@ fn a_guess_goes_along_a_tangent_as_far_as_that_lowers_the_energy() {
         stage.rig.start_from(stage.rest.clone()).expect("rest");
         let _ = stage.rig.sensitivity().expect("a tangent");
         let before = stage.rig.work().newton_steps;
-        let _ = stage.both(muscle);
+        let there = parameters(&stage.scene, &[muscle], &BOTH, 1.0);
+        let _ = pose(&mut stage.rig, &there).expect("an equilibrium");
         steps += stage.rig.work().newton_steps - before;
     }
     // 43 with the whole way alone, or none of it.
