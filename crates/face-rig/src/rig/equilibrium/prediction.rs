@@ -8,7 +8,8 @@ use fem_assembly::Quasistatic;
 
 /// Share of the force that may be left when a change is predicted by conjugate gradients.
 const PREDICTION: f64 = 1e-4;
-/// Of the whole change, what is tried beside it as a guess.
+/// Of the whole change, what is tried beside it as a guess. Quarters of equal numbers add up to them to the
+/// last bit, so bones stay exactly where they are.
 const SHARES: [f64; 4] = [0.75, 0.5, 0.25, 0.0];
 /// Right-hand sides of a prediction: the whole change, and that of the bones alone.
 const PREDICTED: usize = 2;
