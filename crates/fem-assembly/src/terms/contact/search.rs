@@ -290,7 +290,8 @@ impl Search {
             look.way
                 .change_between(&pair.vertices[..1], &pair.vertices[1..])
         };
-        within(look.margin) || within(look.margin + look.most) && within(look.margin + moved())
+        // The longest way of any vertices was asked for before (`is_far`).
+        within(look.margin) || within(look.margin + moved())
     }
 
     fn are_edges_near(&self, look: &Look, pair: &Pair) -> bool {
