@@ -55,13 +55,13 @@ impl Ended {
         self.report.iterations.last().map_or(0, |i| i.iteration)
     }
 
-    /// Another shape of the same pose, to which nothing was fitted.
-    fn at_another(&self, at: Equilibrium, goals: &Goals) -> Self {
+    /// Another shape of the same pose, to which nothing was fitted; whether it is near enough to have the
+    /// end of the one that was, is asked when it is the one that is left ([`Fit::run`]).
+    pub fn at_another(&self, at: Equilibrium) -> Self {
         let mut other = self.clone();
         other.report.positions = at.positions();
         other.at = at;
         other.report.stop = None;
-        other.outcome = other.another(goals);
         other
     }
 
@@ -85,15 +85,22 @@ impl Fit<'_> {
     pub fn run(&mut self, scene: &Scene, rig: &mut Rig, start: &[f64]) -> Result<Ended, FitError> {
         let first = ended(self.fitter.fit(rig, start, &mut *self.observer))?;
         let first = self.taken_up_again(rig, Ended::of(rig, first))?;
-        let mut best = self.uncrossed(scene, rig, first)?;
-        let settled = matches!(best.outcome, Outcome::Converged(_));
-        if settled && self.has_moved(&best, UNSETTLED) {
-            best.outcome = best.another(self.goals);
-        }
+        let best = self.uncrossed(scene, rig, first)?;
+        let best = self.settled(best);
         if *rig.equilibrium() != best.at {
             rig.start_from(best.at.clone()).map_err(pose)?;
         }
         Ok(best)
+    }
+
+    /// What converged on one shape and is left on another, farther away than the same numbers have shapes
+    /// at a corner of lips, did not converge.
+    pub fn settled(&self, mut left: Ended) -> Ended {
+        let converged = matches!(left.outcome, Outcome::Converged(_));
+        if converged && self.has_moved(&left, UNSETTLED) {
+            left.outcome = left.another(self.goals);
+        }
+        left
     }
 
     /// A fit on a shape to which its own pose does not lead any more goes on from the shape that it leads
@@ -130,7 +137,7 @@ impl Fit<'_> {
             let Some(at) = from_rest(rig, &best.report)? else {
                 break;
             };
-            let other = best.at_another(at, self.goals);
+            let other = best.at_another(at);
             if crossings(&other) >= crossings(&best) {
                 break;
             }

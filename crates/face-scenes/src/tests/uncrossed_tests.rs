@@ -9,7 +9,7 @@ use face_rig::fit::{
 };
 use face_rig::rig::Equilibrium;
 use fem_assembly::FleshContactParams;
-use fem_solvers::GaussNewtonFailure;
+use fem_solvers::{GaussNewtonFailure, GaussNewtonStop};
 
 /// How far the jaw brings the lower block up, and what lies between the blocks at rest, meters.
 const RISE: f64 = 5e-3;
@@ -142,6 +142,61 @@ fn a_fit_whose_shape_is_not_found_again_goes_on_from_the_one_that_is() {
         let numbers = report.iterations.iter().map(|step| step.iteration);
         assert!(numbers.eq(3..3 + report.iterations.len()));
         assert_eq!(goals.rms(&report.positions) < 1e-5, goes_on);
+    }
+}
+
+#[test]
+fn a_shape_beside_the_one_that_was_fitted_converged_with_it_up_to_a_hundredth() {
+    let scene = two_blocks();
+    let (target, map, params) = (shut(&scene), rigid(&scene), FitParams::default());
+    let goals: Goals = target.landmarks.iter().copied().collect();
+    let mut rig = rig(&scene);
+    let q = map.rest();
+    let fitted = FitReport {
+        parameters: map.parameters(&q).expect("a pose"),
+        q,
+        iterations: Vec::new(),
+        stop: Some(GaussNewtonStop::ResidualChange),
+        positions: rig.equilibrium().positions(),
+    };
+    // The distance is the jaw's: the same pose with the jaw a share nearer to its goal.
+    for (share, converged) in [(0.0, true), (0.005, true), (0.02, false), (f64::NAN, false)] {
+        let mut at = rig.equilibrium().clone();
+        for &node in &scene.bones.jaw {
+            at.in_cranium_frame[node as usize][1] += share * RISE;
+        }
+        let outcome = rig.lent(|rig| {
+            let step = FitIteration {
+                iteration: 1,
+                rms_mm: 1e3 * goals.rms(&fitted.positions),
+                largest_mm: 1e3 * RISE,
+                cost: 1.0,
+                step: 1.0,
+                damping: 0.0,
+                activations_at_bounds: 0,
+                seconds: 1.0,
+            };
+            let report = FitReport {
+                iterations: vec![step],
+                ..fitted.clone()
+            };
+            let end = Outcome::Converged(report.stop);
+            let fit = Fit {
+                fitter: goals.fitter(&map, &params),
+                goals: &goals,
+                observer: &mut |_| {},
+            };
+            let left = fit.settled(Ended::of(rig, (report, end)).at_another(at));
+            Ok::<_, FitError>(left.outcome)
+        });
+        let outcome = outcome.expect("no solve");
+        let has = matches!(outcome, Outcome::Converged(_));
+        assert_eq!(has, converged, "{share}: {outcome:?}");
+        let told = matches!(
+            outcome,
+            Outcome::NotConverged(Unfinished::AnotherShape { .. })
+        );
+        assert_eq!(told, !converged, "{share}: {outcome:?}");
     }
 }
 

@@ -169,9 +169,8 @@ fn solvers(bar: &Bar, n: usize, exact: &[[f64; 3]], settings: &Settings) -> Resu
 fn threads(bar: &Bar, n: usize, exact: &[[f64; 3]], settings: &Settings) -> Result<Curve, Failure> {
     let name = format!("linear, n = {n}, to 1e-8, direct and multigrid");
     let mut curve = Curve::new(name, Axis::Threads, Claim::AtMost(1e-6));
-    let all = rayon::current_num_threads();
     for (name, linear) in [LINEAR[0], LINEAR[4]] {
-        for count in if all > 1 { vec![1, all] } else { vec![1] } {
+        for count in doubled_up_to(rayon::current_num_threads()) {
             let timed = || bar.body.timed(settings.repetitions, linear, &to(1e-8));
             let solved = on_threads(count, timed)?;
             let error = apart(&solved.value.positions, exact);
@@ -180,6 +179,15 @@ fn threads(bar: &Bar, n: usize, exact: &[[f64; 3]], settings: &Settings) -> Resu
         }
     }
     Ok(curve)
+}
+
+/// 1, 2, 4, … below `all`, and `all`.
+fn doubled_up_to(all: usize) -> Vec<usize> {
+    let doubled = std::iter::successors(Some(1), |count| Some(2 * count));
+    doubled
+        .take_while(|&count| count < all)
+        .chain([all])
+        .collect()
 }
 
 /// Models that the constants determine and that a bar of them can be bent and twisted in one solve.
