@@ -61,6 +61,7 @@ struct OfBody<'a, M, T, const D: usize> {
 }
 impl<M: DamageField<D>, T: Float, const D: usize> PackedKernel for OfBody<'_, M, T, D> {
     type Output = ();
+    const WAITS: bool = true;
     #[inline(always)]
     fn run<V: Pack>(self) {
         let count = self.F.len();

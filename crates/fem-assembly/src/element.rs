@@ -58,8 +58,9 @@ impl<const D: usize, S: ElementShape<D>> ElementBatch<D, S> {
         batch
     }
 
-    /// A nodal field at every node but the first, less that at the first: the columns of D_s.
-    #[cfg_attr(not(debug_assertions), inline(always))]
+    /// A nodal field at every node but the first, less that at the first: the columns of D_s. The same for
+    /// every material and every kind of register, so compiled once.
+    #[inline(never)]
     pub fn edges(&self, field: &[[f64; D]]) -> S::Rows<[F64x8; D]> {
         let mut edges = S::rows([F64x8::default(); D]);
         let (rows, nodes) = (edges.as_mut(), self.nodes.as_ref());

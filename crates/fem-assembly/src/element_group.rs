@@ -1,6 +1,6 @@
 //! Elements of one material: energies, nodal gradient, Hessian and its products, eight at a time.
 
-mod lifted;
+mod each;
 
 use crate::configuration::Configuration;
 use crate::element::{ElementBatch, LANES};
@@ -138,6 +138,30 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
     }
 }
 
+/// Adds the forces of a batch; compiled once, as what comes next and [`ElementBatch::edges`].
+#[inline(never)]
+fn add_forces<S: ElementShape<D>, const D: usize>(
+    sink: &mut GradientSink<D>,
+    stencil: usize,
+    forces: &S::Nodes<[F64x8; D]>,
+) {
+    sink.add_lanes(stencil, &forces.as_ref()[..S::NODES]);
+}
+
+/// Adds the stiffness of a batch.
+#[inline(never)]
+fn add_stiffness<S: ElementShape<D>, const D: usize>(
+    sink: &mut HessianSink<D>,
+    stencil: usize,
+    used: usize,
+    pairs: &S::Pairs<[[[f64; LANES]; D]; D]>,
+) {
+    sink.add_lanes(stencil, used, S::NODES, pairs.as_ref());
+}
+
+/// What [`ElementBatch::edges`] gives.
+type Edges<S, const D: usize> = <S as ElementShape<D>>::Rows<[F64x8; D]>;
+
 /// How many `V` the lanes of a batch take.
 #[inline(always)]
 const fn parts<V: Pack>() -> usize {
@@ -156,6 +180,7 @@ where
     M: MaterialField<D>,
 {
     type Output = ();
+    const WAITS: bool = M::DECOMPOSES;
     #[inline(always)]
     fn run<V: Pack>(self) {
         let group = self.group;
@@ -194,6 +219,7 @@ where
     M: MaterialField<D>,
 {
     type Output = ();
+    const WAITS: bool = M::DECOMPOSES;
     #[inline(always)]
     fn run<V: Pack>(self) {
         let group = self.group;
@@ -220,9 +246,17 @@ where
             for lane in 0..batch.used {
                 self.sink.energy(k * LANES + lane, energy[lane]);
             }
-            let forces = &forces.as_ref()[..S::NODES];
-            self.sink.add_lanes(k * LANES, forces);
+            add_forces::<S, D>(self.sink, k * LANES, &forces);
         }
+    }
+    fn without_registers(self) {
+        let Self {
+            group,
+            at,
+            batches,
+            sink,
+        } = self;
+        group.gradient_of_each(at, batches, sink);
     }
 }
 
@@ -286,10 +320,17 @@ where
                 }
                 store_pairs::<V, S, D>(&stiffness, first, &mut pairs);
             }
-            let nodes = S::NODES;
-            self.sink
-                .add_lanes(k * LANES, batch.used, nodes, pairs.as_ref());
+            add_stiffness::<S, D>(self.sink, k * LANES, batch.used, &pairs);
         }
+    }
+    fn without_registers(self) {
+        let Self {
+            group,
+            at,
+            batches,
+            sink,
+        } = self;
+        group.hessian_of_each(at, HessianProjection::None, batches, sink);
     }
 }
 
@@ -310,50 +351,6 @@ fn store_pairs<V: Pack, S: ElementShape<D>, const D: usize>(
     }
 }
 
-/// The Hessian of projected elements, one at a time: the projections decompose F, which in registers
-/// for three instruction sets would multiply the size of the program for a path that few steps take.
-fn projected_hessian<const D: usize, S: ElementShape<D>, M: MaterialField<D>>(
-    group: &ElementGroup<D, S, M>,
-    at: Configuration<D>,
-    projection: HessianProjection,
-    batches: Range<usize>,
-    sink: &mut HessianSink<D>,
-) {
-    let mut pairs = S::pairs([[[0.0; LANES]; D]; D]);
-    for k in batches {
-        if group.idle(k, at.controls()) {
-            continue;
-        }
-        let batch = &group.batches[k];
-        let edges = batch.edges(at.positions());
-        for lane in 0..batch.used {
-            let local = group.local::<f64>(k, lane, at.controls());
-            let mut stiffness = S::pairs(Mat::<f64, D>::zeros());
-            for point in batch.points.as_ref() {
-                let F = point.deformation_gradient::<f64>(&edges, lane);
-                let F = group.threshold.map_or(F, |threshold| threshold.lifted(&F));
-                let T = projected_derivative(&group.material, &local, &F, projection);
-                let gradients = point.gradients::<f64>(lane);
-                let weight = point.weight.0[lane];
-                element_stiffness::<f64, S, D>(&T, &gradients, weight, &mut stiffness);
-            }
-            store_pairs::<f64, S, D>(&stiffness, lane, &mut pairs);
-        }
-        sink.add_lanes(k * LANES, batch.used, S::NODES, pairs.as_ref());
-    }
-}
-
-/// Compiled once for each material.
-#[inline(never)]
-fn projected_derivative<const D: usize, M: MaterialField<D>>(
-    material: &M,
-    local: &M::Local<f64>,
-    F: &Mat<f64, D>,
-    projection: HessianProjection,
-) -> fem_kinematics::Tensor4<f64, D> {
-    material.projected_derivative(local, F, projection)
-}
-
 struct ProductPass<'a, 'b, const D: usize, S: ElementShape<D>, M> {
     group: &'a ElementGroup<D, S, M>,
     at: Configuration<'a, D>,
@@ -367,6 +364,7 @@ where
     M: MaterialField<D>,
 {
     type Output = ();
+    const WAITS: bool = M::DECOMPOSES;
     #[inline(always)]
     fn run<V: Pack>(self) {
         let group = self.group;
@@ -390,8 +388,7 @@ where
                 }
                 store::<V, S, D>(&nodal, first, &mut forces);
             }
-            let forces = &forces.as_ref()[..S::NODES];
-            self.sink.add_lanes(k * LANES, forces);
+            add_forces::<S, D>(self.sink, k * LANES, &forces);
         }
     }
 }
@@ -436,8 +433,7 @@ where
                 }
                 store::<V, S, D>(&nodal, first, &mut forces);
             }
-            let forces = &forces.as_ref()[..S::NODES];
-            self.sink.add_lanes(k * LANES, forces);
+            add_forces::<S, D>(self.sink, k * LANES, &forces);
             for lane in (0..batch.used).filter(|&lane| control[lane] == self.control) {
                 self.sink.evaluated(k * LANES + lane);
             }
@@ -461,8 +457,8 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         }
     }
     fn energy(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut EnergySink) {
-        if let Some(threshold) = self.threshold {
-            return self.lifted_energy(threshold, at, self.batches(&stencils), sink);
+        if self.threshold.is_some() {
+            return self.energy_of_each(at, self.batches(&stencils), sink);
         }
         dispatch_packed(EnergyPass {
             group: self,
@@ -472,8 +468,8 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         });
     }
     fn gradient(&self, at: Configuration<D>, stencils: Range<usize>, sink: &mut GradientSink<D>) {
-        if let Some(threshold) = self.threshold {
-            return self.lifted_gradient(threshold, at, self.batches(&stencils), sink);
+        if self.threshold.is_some() {
+            return self.gradient_of_each(at, self.batches(&stencils), sink);
         }
         dispatch_packed(GradientPass {
             group: self,
@@ -497,7 +493,7 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
                 batches,
                 sink,
             }),
-            _ => projected_hessian(self, at, projection, batches, sink),
+            _ => self.hessian_of_each(at, projection, batches, sink),
         }
     }
     fn hessian_vector(
@@ -507,9 +503,8 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         stencils: Range<usize>,
         sink: &mut GradientSink<D>,
     ) {
-        if let Some(threshold) = self.threshold {
-            let batches = self.batches(&stencils);
-            return self.lifted_product(threshold, at, displacement, batches, sink);
+        if self.threshold.is_some() {
+            return self.product_of_each(at, displacement, self.batches(&stencils), sink);
         }
         dispatch_packed(ProductPass {
             group: self,
@@ -532,9 +527,8 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> Term<D> for Elemen
         if M::CONTROL.is_none() || self.control.is_empty() || !self.material.listens() {
             return;
         }
-        if let Some(threshold) = self.threshold {
-            let (control, batches) = (control as u32, self.batches(&stencils));
-            return self.lifted_control(threshold, at, control, batches, sink);
+        if self.threshold.is_some() {
+            return self.control_of_each(at, control as u32, self.batches(&stencils), sink);
         }
         dispatch_packed(ControlPass {
             group: self,

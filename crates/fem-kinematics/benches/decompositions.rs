@@ -38,6 +38,7 @@ struct Eight(Of, Mat<F64x8, 3>);
 
 impl PackedKernel for Eight {
     type Output = F64x8;
+    const WAITS: bool = true;
     #[inline(always)]
     fn run<V: Pack>(self) -> F64x8 {
         let mut results = F64x8::default();

@@ -60,6 +60,7 @@ impl<F: Function> PackedKernel for PackedMap<'_, F> {
 
 impl<F: MatrixFunction> PackedKernel for PackedMatrixMap<'_, F> {
     type Output = ();
+    const WAITS: bool = true;
     #[inline(always)]
     fn run<V: Pack>(self) {
         for (x, y) in self.0.iter().zip(self.1.iter_mut()) {

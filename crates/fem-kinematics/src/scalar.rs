@@ -1,5 +1,7 @@
 //! The scalar that every kernel is generic over: `f64`, `f32`, SIMD lanes and dual numbers.
 
+use crate::mat::Mat;
+use crate::svd::{self, Svd};
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
@@ -54,6 +56,13 @@ pub trait Real:
     fn exp_m1(self) -> Self;
     /// `self` raised to a constant power.
     fn powf(self, exponent: f64) -> Self;
+
+    /// [`signed_svd`](crate::signed_svd) of a matrix of these.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn signed_svd<const D: usize>(F: &Mat<Self, D>) -> Svd<Self, D> {
+        svd::in_place(F)
+    }
 
     /// `self < other`, false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
@@ -137,6 +146,10 @@ macro_rules! native {
             #[inline(always)]
             fn powf(self, exponent: f64) -> Self {
                 crate::math::scalar::powf(f64::from(self), exponent) as $t
+            }
+            #[inline(always)]
+            fn signed_svd<const D: usize>(F: &Mat<Self, D>) -> Svd<Self, D> {
+                svd::called(F)
             }
             #[inline(always)]
             fn lt(self, other: Self) -> bool {

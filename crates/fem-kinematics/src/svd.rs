@@ -50,8 +50,16 @@ impl<T: Real, const D: usize> Svd<T, D> {
 /// let svd = signed_svd(&Mat([[0.0, -2.0], [-3.0, 0.0_f64]]));
 /// assert_eq!(svd.sigma, [3.0, -2.0]);
 /// ```
-#[cfg_attr(not(debug_assertions), inline(always))]
+#[inline(always)]
 pub fn signed_svd<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
+    T::signed_svd(F)
+}
+
+/// [`signed_svd`] in place. Numbers and registers call it instead, compiled once for each kind of them: a
+/// call is nothing beside a decomposition, and in place it would be most of the code of a material that
+/// asks for one.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub(crate) fn in_place<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
     let (scale, inverse) = safe_scale(F);
     let A = F.scale(scale);
     let mut svd = if D == 2 {
@@ -67,6 +75,12 @@ pub fn signed_svd<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
     sort_magnitudes(&mut svd.sigma);
     svd.sigma = vector(|i| svd.sigma[i] * inverse);
     svd
+}
+
+/// [`in_place`], as a function.
+#[inline(never)]
+pub(crate) fn called<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
+    in_place(F)
 }
 
 /// Puts values in order that rounding left equal but for an ulp. It exchanges and does not

@@ -63,12 +63,18 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        match (projection, Self::SYMMETRY) {
-            (HessianProjection::None, _) => self.stress_derivative(F),
-            (_, Symmetry::Isotropic) => {
-                isotropic::projected(F, projection, |F_hat| self.stress_derivative(F_hat))
-            }
-            (_, Symmetry::Anisotropic) => projection.apply(&self.stress_derivative(F)),
+        let by_blocks = matches!(Self::SYMMETRY, Symmetry::Isotropic);
+        let svd =
+            (by_blocks && projection != HessianProjection::None).then(|| isotropic::decomposed(F));
+        // Written once, for it is most of the code.
+        let at = match &svd {
+            Some(svd) => Mat::from_diagonal(svd.sigma),
+            None => *F,
+        };
+        let derivative = self.stress_derivative(&at);
+        match svd {
+            Some(svd) => isotropic::reassembled(&derivative, &svd, projection),
+            None => projection.apply(&derivative),
         }
     }
 

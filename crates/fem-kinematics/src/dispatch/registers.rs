@@ -1,4 +1,4 @@
-//! Eight `f64` in vector registers of a given kind.
+//! Eight `f64`, or four of them, in vector registers of a given kind.
 //!
 //! The compiler may or may not turn arrays of numbers into vector code: it does for short
 //! kernels and gives up, silently, on long ones. These types leave it no choice.
@@ -10,8 +10,10 @@
 
 use super::Pack;
 use super::bits::Bits;
+use crate::mat::Mat;
 use crate::math;
 use crate::scalar::Real;
+use crate::svd::{self, Svd};
 use core::arch::x86_64::*;
 use core::fmt::{self, Debug};
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
@@ -32,27 +34,27 @@ macro_rules! each {
 macro_rules! pack {
     (
         $(#[$doc:meta])*
-        $name:ident, $mask:ident, $register:ty, $mask_register:ty, [$($i:tt)*], $width:literal,
+        $name:ident, $mask:ident, $register:ty, $mask_register:ty, [$($i:tt)*], $width:literal, $lanes:literal,
         set: $set:path, load: $load:path, store: $store:path,
         add: $add:path, sub: $sub:path, mul: $mul:path, div: $div:path, sqrt: $sqrt:path,
         lt: $lt:path, le: $le:path, select: $select:path, any: $any:path,
         mask_and: $mask_and:path, mask_or: $mask_or:path, mask_not: $mask_not:path,
         and: $and:path, or: $or:path, xor: $xor:path, plus: $plus:path, minus: $minus:path, times_low: $times_low:path,
-        shifts: $shifts:ident,
+        shifts: $shifts:ident, features: $features:literal,
     ) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
-        pub(super) struct $name([$register; 8 / $width]);
+        pub(super) struct $name([$register; $lanes / $width]);
 
         /// Its truth values.
         #[derive(Clone, Copy)]
-        pub(super) struct $mask([$mask_register; 8 / $width]);
+        pub(super) struct $mask([$mask_register; $lanes / $width]);
 
         impl Debug for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 let mut eight = [0.0; 8];
                 self.store(&mut eight, 0);
-                eight.fmt(f)
+                eight[..Self::WIDTH].fmt(f)
             }
         }
         impl Default for $name {
@@ -137,18 +139,18 @@ macro_rules! pack {
             }
         }
         impl Pack for $name {
-            const WIDTH: usize = 8;
+            const WIDTH: usize = $lanes;
             #[inline(always)]
             fn load(eight: &[f64; 8], first: usize) -> Self {
-                debug_assert_eq!(first, 0);
-                // SAFETY: see the module; each load reads numbers of the array.
-                Self(unsafe { [$($load(eight.as_ptr().add($i * $width))),*] })
+                let part = &eight[first..first + $lanes];
+                // SAFETY: see the module; each load reads numbers of the part.
+                Self(unsafe { [$($load(part.as_ptr().add($i * $width))),*] })
             }
             #[inline(always)]
             fn store(self, eight: &mut [f64; 8], first: usize) {
-                debug_assert_eq!(first, 0);
-                // SAFETY: see the module; each store writes numbers of the array.
-                unsafe { $($store(eight.as_mut_ptr().add($i * $width), self.0[$i]);)* }
+                let part = &mut eight[first..first + $lanes];
+                // SAFETY: see the module; each store writes numbers of the part.
+                unsafe { $($store(part.as_mut_ptr().add($i * $width), self.0[$i]);)* }
             }
         }
         impl Real for $name {
@@ -157,7 +159,7 @@ macro_rules! pack {
             #[inline(always)]
             fn from_f64(value: f64) -> Self {
                 // SAFETY: see the module.
-                Self([unsafe { $set(value) }; 8 / $width])
+                Self([unsafe { $set(value) }; $lanes / $width])
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -186,6 +188,16 @@ macro_rules! pack {
             #[cfg_attr(not(debug_assertions), inline(always))]
             fn powf(self, exponent: f64) -> Self {
                 math::powf(self, exponent)
+            }
+            #[inline(always)]
+            fn signed_svd<const D: usize>(F: &Mat<Self, D>) -> Svd<Self, D> {
+                #[inline(never)]
+                #[target_feature(enable = $features)]
+                fn called<const D: usize>(F: &Mat<$name, D>) -> Svd<$name, D> {
+                    svd::in_place(F)
+                }
+                // SAFETY: see the module.
+                unsafe { called(F) }
             }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask {
@@ -308,16 +320,16 @@ mod avx512 {
 
 pack! {
     /// One AVX-512 register.
-    Avx512, Avx512Mask, __m512d, __mmask8, [0], 8,
+    Avx512, Avx512Mask, __m512d, __mmask8, [0], 8, 8,
     set: _mm512_set1_pd, load: _mm512_loadu_pd, store: _mm512_storeu_pd,
     add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd, sqrt: _mm512_sqrt_pd,
     lt: avx512::lt, le: avx512::le, select: avx512::select, any: avx512::any,
     mask_and: avx512::mask_and, mask_or: avx512::mask_or, mask_not: avx512::mask_not,
     and: _mm512_and_pd, or: _mm512_or_pd, xor: _mm512_xor_pd, plus: avx512::plus, minus: avx512::minus, times_low: avx512::times_low,
-    shifts: avx512,
+    shifts: avx512, features: "avx512f,avx512dq,avx512vl,avx512bw",
 }
 
-/// The operations of two AVX2 registers that have no intrinsic of the right shape.
+/// The operations of AVX2 registers that have no intrinsic of the right shape.
 mod avx2 {
     use core::arch::x86_64::*;
 
@@ -393,14 +405,25 @@ mod avx2 {
 }
 
 pack! {
-    /// Two AVX2 registers.
-    Avx2, Avx2Mask, __m256d, __m256d, [0 1], 4,
+    /// One AVX2 register.
+    Avx2, Avx2Mask, __m256d, __m256d, [0], 4, 4,
     set: _mm256_set1_pd, load: _mm256_loadu_pd, store: _mm256_storeu_pd,
     add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, sqrt: _mm256_sqrt_pd,
     lt: avx2::lt, le: avx2::le, select: avx2::select, any: avx2::any,
     mask_and: avx2::mask_and, mask_or: avx2::mask_or, mask_not: avx2::mask_not,
     and: _mm256_and_pd, or: _mm256_or_pd, xor: _mm256_xor_pd, plus: avx2::plus, minus: avx2::minus, times_low: avx2::times_low,
-    shifts: avx2,
+    shifts: avx2, features: "avx2",
+}
+
+pack! {
+    /// Two AVX2 registers, for kernels whose operations wait for each other ([`super::PackedKernel::WAITS`]).
+    Avx2Pair, Avx2PairMask, __m256d, __m256d, [0 1], 4, 8,
+    set: _mm256_set1_pd, load: _mm256_loadu_pd, store: _mm256_storeu_pd,
+    add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, sqrt: _mm256_sqrt_pd,
+    lt: avx2::lt, le: avx2::le, select: avx2::select, any: avx2::any,
+    mask_and: avx2::mask_and, mask_or: avx2::mask_or, mask_not: avx2::mask_not,
+    and: _mm256_and_pd, or: _mm256_or_pd, xor: _mm256_xor_pd, plus: avx2::plus, minus: avx2::minus, times_low: avx2::times_low,
+    shifts: avx2, features: "avx2",
 }
 
 /// The operations of four SSE2 registers that have no intrinsic of the right shape.
@@ -473,11 +496,11 @@ mod sse2 {
 #[cfg(any(test, debug_assertions))]
 pack! {
     /// Four SSE2 registers, for debug builds.
-    Sse2, Sse2Mask, __m128d, __m128d, [0 1 2 3], 2,
+    Sse2, Sse2Mask, __m128d, __m128d, [0 1 2 3], 2, 8,
     set: _mm_set1_pd, load: _mm_loadu_pd, store: _mm_storeu_pd,
     add: _mm_add_pd, sub: _mm_sub_pd, mul: _mm_mul_pd, div: _mm_div_pd, sqrt: _mm_sqrt_pd,
     lt: sse2::lt, le: sse2::le, select: sse2::select, any: sse2::any,
     mask_and: sse2::mask_and, mask_or: sse2::mask_or, mask_not: sse2::mask_not,
     and: _mm_and_pd, or: _mm_or_pd, xor: _mm_xor_pd, plus: sse2::plus, minus: sse2::minus, times_low: sse2::times_low,
-    shifts: sse2,
+    shifts: sse2, features: "sse2",
 }

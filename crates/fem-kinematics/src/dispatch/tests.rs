@@ -1,7 +1,7 @@
 //! Every kind of register gives the same bits, also those that dispatch would not choose here.
 
 use super::quad::{Plain, x86};
-use super::registers::{Avx2, Avx512, Sse2};
+use super::registers::{Avx2, Avx2Pair, Avx512, Sse2};
 use super::{
     InstructionSet, Pack, PackedKernel, Quad, QuadKernel, QuadScalar, dispatch_registers,
     portable_only, widest,
@@ -74,6 +74,10 @@ fn registers_agree() {
     fn avx2(k: Sample) -> Vec<F64x8> {
         k.run::<Avx2>()
     }
+    #[target_feature(enable = "avx2")]
+    fn avx2_pair(k: Sample) -> Vec<F64x8> {
+        k.run::<Avx2Pair>()
+    }
     let sample = || {
         Sample(
             Lanes([0.5, 1.5, 1e-300, 2.0, 1e200, 1e-320, 3.0, 0.999]),
@@ -89,6 +93,8 @@ fn registers_agree() {
     if widest() != InstructionSet::Baseline {
         // SAFETY: AVX2 was just detected (a processor with AVX-512 has it).
         assert!(same(&unsafe { avx2(sample()) }, &expected));
+        // SAFETY: likewise.
+        assert!(same(&unsafe { avx2_pair(sample()) }, &expected));
     }
     if widest() == InstructionSet::Avx512 {
         // SAFETY: AVX-512 was just detected.
@@ -106,18 +112,31 @@ impl PackedKernel for Width {
     }
 }
 
+/// The same, where what is computed waits.
+struct WaitingWidth;
+
+impl PackedKernel for WaitingWidth {
+    type Output = usize;
+    const WAITS: bool = true;
+    fn run<V: Pack>(self) -> usize {
+        V::WIDTH
+    }
+}
+
 #[test]
 fn what_is_portable_takes_one_number_at_a_time() {
+    let widths = || [dispatch_registers(Width), dispatch_registers(WaitingWidth)];
     let wide = match widest() {
-        InstructionSet::Baseline => 1,
-        _ => 8,
+        InstructionSet::Baseline => [1, 1],
+        InstructionSet::Avx2 => [4, 8],
+        InstructionSet::Avx512 => [8, 8],
     };
-    assert_eq!(dispatch_registers(Width), wide);
+    assert_eq!(widths(), wide);
     portable_only(true);
-    let (width, set) = (dispatch_registers(Width), widest());
+    let (width, set) = (widths(), widest());
     portable_only(false);
-    assert_eq!((width, set), (1, InstructionSet::Baseline));
-    assert_eq!(dispatch_registers(Width), wide);
+    assert_eq!((width, set), ([1, 1], InstructionSet::Baseline));
+    assert_eq!(widths(), wide);
 }
 
 /// Each operation of quadruples, the sum chosen so that it vanishes when the product is rounded

@@ -140,17 +140,46 @@ const fn pairs<const D: usize>() -> usize {
     D * (D - 1) / 2
 }
 
-/// The projected ∂P/∂F of any isotropic model, given its ∂P/∂F at a diagonal F̂: exact, by one
-/// SVD, one 3×3 and three 2×2 eigenvalue problems.
+/// F = U Σ Vᵀ. Compiled once for each scalar, as [`reassembled`] and [`rotated`]: projections are taken of
+/// one element at a time, and a call is nothing beside a decomposition.
+#[inline(never)]
+pub(crate) fn decomposed<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
+    signed_svd(F)
+}
+
+/// The projected ∂P/∂F of any isotropic model from its ∂P/∂F at diag(σ): exact, by one 3×3 and three 2×2
+/// eigenvalue problems.
+#[inline(never)]
+pub(crate) fn reassembled<T: Real, const D: usize>(
+    derivative: &Tensor4<T, D>,
+    svd: &Svd<T, D>,
+    projection: HessianProjection,
+) -> Tensor4<T, D> {
+    rotated(&DiagonalBlocks::from_tensor(derivative), svd, projection)
+}
+
+/// The projected ∂P/∂F of these blocks at diag(σ).
+#[inline(never)]
+pub(crate) fn rotated<T: Real, const D: usize>(
+    blocks: &DiagonalBlocks<T, D>,
+    svd: &Svd<T, D>,
+    projection: HessianProjection,
+) -> Tensor4<T, D> {
+    match projection {
+        HessianProjection::None => blocks.rotated(svd),
+        _ => blocks.projected(projection).rotated(svd),
+    }
+}
+
+/// The projected ∂P/∂F of any isotropic model, given its ∂P/∂F at a diagonal F̂: one SVD, and what the
+/// frame of its vectors needs.
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn projected<T: Real, const D: usize>(
     F: &Mat<T, D>,
     projection: HessianProjection,
     derivative_at: impl FnOnce(&Mat<T, D>) -> Tensor4<T, D>,
 ) -> Tensor4<T, D> {
-    let svd = signed_svd(F);
+    let svd = decomposed(F);
     let derivative = derivative_at(&Mat::from_diagonal(svd.sigma));
-    DiagonalBlocks::from_tensor(&derivative)
-        .projected(projection)
-        .rotated(&svd)
+    reassembled(&derivative, &svd, projection)
 }

@@ -1,6 +1,6 @@
 //! Energies of the principal stretches.
 
-use super::blocks::{DiagonalBlocks, PAIRS};
+use super::blocks::{DiagonalBlocks, PAIRS, decomposed, rotated};
 use crate::material::{Evaluation, Material, Symmetry};
 use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Polar, Real, Svd, Tensor4, dot, signed_svd, vector};
@@ -139,7 +139,8 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        derivative(&self.0, &signed_svd(F), projection)
+        let svd = decomposed(F);
+        rotated(&self.0.blocks(&svd.sigma), &svd, projection)
     }
     #[inline(always)]
     fn energy_and_stress<T: Real>(&self, F: &Mat<T, D>) -> (T, Mat<T, D>) {

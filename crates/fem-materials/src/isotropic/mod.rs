@@ -12,6 +12,7 @@ mod first_invariant;
 mod mooney_rivlin_blocks;
 
 pub use blocks::{AlphaBetaGamma, DiagonalBlocks, PAIRS, projected};
+pub(crate) use blocks::{decomposed, reassembled};
 pub use by_invariants::{ByInvariants, Domain, InvariantEnergy};
 pub use by_stretches::{ByStretches, StretchEnergy, positive_sum};
 pub use first_invariant::{FirstInvariant, FirstInvariantEnergy, Volume};

@@ -42,6 +42,9 @@ impl ModelVisitor for Check {
                 norm(&(tensor.apply(&dF) - dP)) <= tolerance * floor,
                 "{name} {D}D: stress_derivative is not stress_differential at {F:?}"
             );
+            // Where there are no registers the one stands for the other, to the last bit.
+            let exact = model.projected_derivative(&F, HessianProjection::None);
+            assert_eq!(exact, tensor, "{name} {D}D: a projection that is none");
             let other = numbers.matrix::<D>();
             let symmetric = (other.dot(&dP) - dF.dot(&tensor.apply(&other))).abs();
             assert!(
