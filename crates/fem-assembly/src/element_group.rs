@@ -250,13 +250,8 @@ where
         }
     }
     fn without_registers(self) {
-        let Self {
-            group,
-            at,
-            batches,
-            sink,
-        } = self;
-        group.gradient_of_each(at, batches, sink);
+        self.group
+            .gradient_of_each(self.at, self.batches, self.sink);
     }
 }
 
@@ -324,13 +319,8 @@ where
         }
     }
     fn without_registers(self) {
-        let Self {
-            group,
-            at,
-            batches,
-            sink,
-        } = self;
-        group.hessian_of_each(at, HessianProjection::None, batches, sink);
+        self.group
+            .hessian_of_each(self.at, HessianProjection::None, self.batches, self.sink);
     }
 }
 

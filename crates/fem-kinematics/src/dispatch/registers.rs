@@ -404,26 +404,30 @@ mod avx2 {
     }
 }
 
-pack! {
-    /// One AVX2 register.
-    Avx2, Avx2Mask, __m256d, __m256d, [0], 4, 4,
-    set: _mm256_set1_pd, load: _mm256_loadu_pd, store: _mm256_storeu_pd,
-    add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, sqrt: _mm256_sqrt_pd,
-    lt: avx2::lt, le: avx2::le, select: avx2::select, any: avx2::any,
-    mask_and: avx2::mask_and, mask_or: avx2::mask_or, mask_not: avx2::mask_not,
-    and: _mm256_and_pd, or: _mm256_or_pd, xor: _mm256_xor_pd, plus: avx2::plus, minus: avx2::minus, times_low: avx2::times_low,
-    shifts: avx2, features: "avx2",
+/// One or more AVX2 registers.
+macro_rules! avx2_pack {
+    ($(#[$doc:meta])* $name:ident, $mask:ident, [$($i:tt)*], $lanes:literal) => {
+        pack! {
+            $(#[$doc])*
+            $name, $mask, __m256d, __m256d, [$($i)*], 4, $lanes,
+            set: _mm256_set1_pd, load: _mm256_loadu_pd, store: _mm256_storeu_pd,
+            add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, sqrt: _mm256_sqrt_pd,
+            lt: avx2::lt, le: avx2::le, select: avx2::select, any: avx2::any,
+            mask_and: avx2::mask_and, mask_or: avx2::mask_or, mask_not: avx2::mask_not,
+            and: _mm256_and_pd, or: _mm256_or_pd, xor: _mm256_xor_pd, plus: avx2::plus, minus: avx2::minus, times_low: avx2::times_low,
+            shifts: avx2, features: "avx2",
+        }
+    };
 }
 
-pack! {
+avx2_pack! {
+    /// One AVX2 register.
+    Avx2, Avx2Mask, [0], 4
+}
+
+avx2_pack! {
     /// Two AVX2 registers, for kernels whose operations wait for each other ([`super::PackedKernel::WAITS`]).
-    Avx2Pair, Avx2PairMask, __m256d, __m256d, [0 1], 4, 8,
-    set: _mm256_set1_pd, load: _mm256_loadu_pd, store: _mm256_storeu_pd,
-    add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, sqrt: _mm256_sqrt_pd,
-    lt: avx2::lt, le: avx2::le, select: avx2::select, any: avx2::any,
-    mask_and: avx2::mask_and, mask_or: avx2::mask_or, mask_not: avx2::mask_not,
-    and: _mm256_and_pd, or: _mm256_or_pd, xor: _mm256_xor_pd, plus: avx2::plus, minus: avx2::minus, times_low: avx2::times_low,
-    shifts: avx2, features: "avx2",
+    Avx2Pair, Avx2PairMask, [0 1], 8
 }
 
 /// The operations of four SSE2 registers that have no intrinsic of the right shape.
