@@ -55,13 +55,15 @@ impl Ended {
         self.report.iterations.last().map_or(0, |i| i.iteration)
     }
 
-    /// Another shape of the same pose, to which nothing was fitted; whether it is near enough to have the
-    /// end of the one that was, is asked when it is the one that is left ([`Fit::run`]).
-    pub fn at_another(&self, at: Equilibrium) -> Self {
+    /// Another shape of the same pose, to which nothing was fitted. What converged may have the same end
+    /// on it: whether its distance is near enough for that [`Fit::settled`] asks of the shape that is left.
+    pub fn at_another(&self, at: Equilibrium, goals: &Goals) -> Self {
         let mut other = self.clone();
         other.report.positions = at.positions();
         other.at = at;
-        other.report.stop = None;
+        if !matches!(other.outcome, Outcome::Converged(_)) {
+            other.outcome = other.another(goals);
+        }
         other
     }
 
@@ -93,8 +95,8 @@ impl Fit<'_> {
         Ok(best)
     }
 
-    /// What converged on one shape and is left on another, farther away than the same numbers have shapes
-    /// at a corner of lips, did not converge.
+    /// What converged on one shape and is left on another did not converge, unless their distances from
+    /// the target differ by less than [`UNSETTLED`].
     pub fn settled(&self, mut left: Ended) -> Ended {
         let converged = matches!(left.outcome, Outcome::Converged(_));
         if converged && self.has_moved(&left, UNSETTLED) {
@@ -137,7 +139,7 @@ impl Fit<'_> {
             let Some(at) = from_rest(rig, &best.report)? else {
                 break;
             };
-            let other = best.at_another(at);
+            let other = best.at_another(at, self.goals);
             if crossings(&other) >= crossings(&best) {
                 break;
             }

@@ -59,7 +59,7 @@ impl<const D: usize, S: ElementShape<D>> ElementBatch<D, S> {
     }
 
     /// A nodal field at every node but the first, less that at the first: the columns of D_s. The same for
-    /// every material and every kind of register, so compiled once.
+    /// every material and every kind of register, so compiled once for each shape.
     #[inline(never)]
     pub fn edges(&self, field: &[[f64; D]]) -> S::Rows<[F64x8; D]> {
         let mut edges = S::rows([F64x8::default(); D]);

@@ -138,7 +138,8 @@ impl<const D: usize, S: ElementShape<D>, M: MaterialField<D>> ElementGroup<D, S,
     }
 }
 
-/// Adds the forces of a batch; compiled once, as what comes next and [`ElementBatch::edges`].
+/// Adds the forces of a batch. Compiled once for each shape of elements, as [`add_stiffness`] and
+/// [`ElementBatch::edges`].
 #[inline(never)]
 fn add_forces<S: ElementShape<D>, const D: usize>(
     sink: &mut GradientSink<D>,
@@ -292,6 +293,7 @@ where
     M: MaterialField<D>,
 {
     type Output = ();
+    // WAITS is false: what a Hessian keeps at once is more than a decomposition waits.
     #[inline(always)]
     fn run<V: Pack>(self) {
         let group = self.group;

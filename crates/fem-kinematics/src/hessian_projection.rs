@@ -58,7 +58,8 @@ impl HessianProjection {
     }
 
     /// The projection on the whole tensor, by the eigenvalues of its D²×D² matrix; the slow way that
-    /// works for every model. Compiled once for each scalar: a call is nothing beside it.
+    /// works for every model. Compiled once for each scalar (a call is nothing beside it), for the
+    /// instructions of every processor: not for packs.
     #[inline(never)]
     pub fn apply<T: Real, const D: usize>(self, derivative: &Tensor4<T, D>) -> Tensor4<T, D> {
         match self {

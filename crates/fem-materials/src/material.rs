@@ -2,7 +2,7 @@
 
 use crate::isotropic;
 use fem_kinematics::HessianProjection;
-use fem_kinematics::{Mat, Real, Tensor4};
+use fem_kinematics::{Mat, Real, Tensor4, signed_svd};
 
 /// What a rotation of the rest shape does to a model's energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,9 +64,8 @@ pub trait Material<const D: usize>: Copy + Send + Sync {
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
         let by_blocks = matches!(Self::SYMMETRY, Symmetry::Isotropic);
-        let svd =
-            (by_blocks && projection != HessianProjection::None).then(|| isotropic::decomposed(F));
-        // Written once, for it is most of the code.
+        let svd = (by_blocks && projection != HessianProjection::None).then(|| signed_svd(F));
+        // Called in one place, for it is most of the code.
         let at = match &svd {
             Some(svd) => Mat::from_diagonal(svd.sigma),
             None => *F,

@@ -160,7 +160,16 @@ fn a_shape_beside_the_one_that_was_fitted_converged_with_it_up_to_a_hundredth() 
         positions: rig.equilibrium().positions(),
     };
     // The distance is the jaw's: the same pose with the jaw a share nearer to its goal.
-    for (share, converged) in [(0.0, true), (0.005, true), (0.02, false), (f64::NAN, false)] {
+    let end = Outcome::Converged(fitted.stop);
+    let gave_up = Outcome::NotConverged(Unfinished::Steps(1));
+    for (share, end, converged) in [
+        (0.0, &end, true),
+        (0.005, &end, true),
+        (0.02, &end, false),
+        (f64::NAN, &end, false),
+        (0.005, &gave_up, false),
+        (0.02, &gave_up, false),
+    ] {
         let mut at = rig.equilibrium().clone();
         for &node in &scene.bones.jaw {
             at.in_cranium_frame[node as usize][1] += share * RISE;
@@ -180,13 +189,13 @@ fn a_shape_beside_the_one_that_was_fitted_converged_with_it_up_to_a_hundredth() 
                 iterations: vec![step],
                 ..fitted.clone()
             };
-            let end = Outcome::Converged(report.stop);
             let fit = Fit {
                 fitter: goals.fitter(&map, &params),
                 goals: &goals,
                 observer: &mut |_| {},
             };
-            let left = fit.settled(Ended::of(rig, (report, end)).at_another(at));
+            let first = Ended::of(rig, (report, end.clone()));
+            let left = fit.settled(first.at_another(at, &goals));
             Ok::<_, FitError>(left.outcome)
         });
         let outcome = outcome.expect("no solve");

@@ -1,7 +1,7 @@
 //! The passes that take one element after the other: of a group whose material sees no stretch below a
 //! threshold (document 000, 5.5), since every F is decomposed for it, and of projected elements; gradients
 //! and Hessians also where a processor has no registers to do more at once. What does not depend on the
-//! material is compiled once, and called.
+//! material is compiled once for each shape, and called.
 
 use super::{Edges, ElementGroup, LANES, add_forces, add_stiffness, store, store_pairs};
 use crate::configuration::Configuration;

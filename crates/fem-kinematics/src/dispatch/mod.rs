@@ -52,10 +52,10 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
-/// Some of eight `f64` that lie side by side in memory: all of them in the registers of the instruction
-/// set that [`dispatch_packed`] chose, or one, where it chose none.
+/// Some of eight `f64` that lie side by side in memory: all or half of them in the registers of the
+/// instruction set that [`dispatch_packed`] chose, or one, where it chose none.
 pub trait Pack: Real {
-    /// How many: eight or one.
+    /// How many: eight, four or one.
     const WIDTH: usize;
     /// Those of the eight that begin with `first`, a multiple of [`Pack::WIDTH`].
     ///
@@ -111,9 +111,9 @@ pub trait PackedKernel {
     /// What the computation returns.
     type Output;
     /// Does it spend its time waiting for quotients and roots of which each needs the one before, as
-    /// decompositions do? AVX2 then takes two registers side by side: nearly half again as fast. What
-    /// does not wait is as fast or faster with one, for the processor has sixteen of them, and compiles
-    /// in two thirds of the time.
+    /// decompositions do? AVX2 then takes two registers side by side, nearly half again as fast. Without,
+    /// it takes one, which is faster where many values are kept at once (AVX2 has sixteen registers), a
+    /// little slower where few are, and compiles sooner.
     const WAITS: bool = false;
     /// The computation.
     fn run<V: Pack>(self) -> Self::Output;

@@ -5,8 +5,8 @@
 //!
 //! # Safety
 //! The intrinsics need a processor with the instructions that they stand for. The types are
-//! private, and [`super::dispatch_packed`] alone names them, after it has detected those
-//! instructions; SSE2 belongs to every x86-64 processor.
+//! private, and [`super::dispatch_registers`] alone names them, after it has detected those
+//! instructions; SSE2, which belongs to every x86-64 processor, is named by debug builds.
 
 use super::Pack;
 use super::bits::Bits;

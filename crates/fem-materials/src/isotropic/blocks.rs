@@ -140,27 +140,31 @@ const fn pairs<const D: usize>() -> usize {
     D * (D - 1) / 2
 }
 
-/// F = U Σ Vᵀ. Compiled once for each scalar, as [`reassembled`] and [`rotated`]: projections are taken of
-/// one element at a time, and a call is nothing beside a decomposition.
-#[inline(never)]
-pub(crate) fn decomposed<T: Real, const D: usize>(F: &Mat<T, D>) -> Svd<T, D> {
-    signed_svd(F)
-}
-
 /// The projected ∂P/∂F of any isotropic model from its ∂P/∂F at diag(σ): exact, by one 3×3 and three 2×2
-/// eigenvalue problems.
+/// eigenvalue problems. Compiled once for each scalar, as [`rotated`], for the instructions of every
+/// processor: projections are taken of one element at a time, not of packs.
 #[inline(never)]
 pub(crate) fn reassembled<T: Real, const D: usize>(
     derivative: &Tensor4<T, D>,
     svd: &Svd<T, D>,
     projection: HessianProjection,
 ) -> Tensor4<T, D> {
-    rotated(&DiagonalBlocks::from_tensor(derivative), svd, projection)
+    rotated_in_place(&DiagonalBlocks::from_tensor(derivative), svd, projection)
+}
+
+/// [`rotated_in_place`], as a function.
+#[inline(never)]
+pub(crate) fn rotated<T: Real, const D: usize>(
+    blocks: &DiagonalBlocks<T, D>,
+    svd: &Svd<T, D>,
+    projection: HessianProjection,
+) -> Tensor4<T, D> {
+    rotated_in_place(blocks, svd, projection)
 }
 
 /// The projected ∂P/∂F of these blocks at diag(σ).
-#[inline(never)]
-pub(crate) fn rotated<T: Real, const D: usize>(
+#[inline(always)]
+pub(crate) fn rotated_in_place<T: Real, const D: usize>(
     blocks: &DiagonalBlocks<T, D>,
     svd: &Svd<T, D>,
     projection: HessianProjection,
@@ -179,7 +183,7 @@ pub fn projected<T: Real, const D: usize>(
     projection: HessianProjection,
     derivative_at: impl FnOnce(&Mat<T, D>) -> Tensor4<T, D>,
 ) -> Tensor4<T, D> {
-    let svd = decomposed(F);
+    let svd = signed_svd(F);
     let derivative = derivative_at(&Mat::from_diagonal(svd.sigma));
     reassembled(&derivative, &svd, projection)
 }

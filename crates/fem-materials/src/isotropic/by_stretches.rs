@@ -1,6 +1,6 @@
 //! Energies of the principal stretches.
 
-use super::blocks::{DiagonalBlocks, PAIRS, decomposed, rotated};
+use super::blocks::{DiagonalBlocks, PAIRS, rotated, rotated_in_place};
 use crate::material::{Evaluation, Material, Symmetry};
 use fem_kinematics::HessianProjection;
 use fem_kinematics::{Mat, Polar, Real, Svd, Tensor4, dot, signed_svd, vector};
@@ -104,11 +104,7 @@ fn derivative<T: Real, const D: usize, M: StretchEnergy<D>>(
     svd: &Svd<T, D>,
     projection: HessianProjection,
 ) -> Tensor4<T, D> {
-    let blocks = model.blocks(&svd.sigma);
-    match projection {
-        HessianProjection::None => blocks.rotated(svd),
-        _ => blocks.projected(projection).rotated(svd),
-    }
+    rotated_in_place(&model.blocks(&svd.sigma), svd, projection)
 }
 
 impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
@@ -139,7 +135,7 @@ impl<const D: usize, M: StretchEnergy<D>> Material<D> for ByStretches<M> {
         F: &Mat<T, D>,
         projection: HessianProjection,
     ) -> Tensor4<T, D> {
-        let svd = decomposed(F);
+        let svd = signed_svd(F);
         rotated(&self.0.blocks(&svd.sigma), &svd, projection)
     }
     #[inline(always)]

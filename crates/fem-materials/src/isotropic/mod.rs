@@ -11,8 +11,8 @@ mod by_stretches;
 mod first_invariant;
 mod mooney_rivlin_blocks;
 
+pub(crate) use blocks::reassembled;
 pub use blocks::{AlphaBetaGamma, DiagonalBlocks, PAIRS, projected};
-pub(crate) use blocks::{decomposed, reassembled};
 pub use by_invariants::{ByInvariants, Domain, InvariantEnergy};
 pub use by_stretches::{ByStretches, StretchEnergy, positive_sum};
 pub use first_invariant::{FirstInvariant, FirstInvariantEnergy, Volume};

@@ -103,6 +103,9 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     // 48 tetrahedra, six batches of eight; fibers in five of them, one batch.
     let each = 8 / dispatch_packed(Width);
     let all = 6 * each;
+    // Where no registers are, gradients and Hessians take the fibers one by one.
+    let alone = each == 8;
+    let of_fibers = if alone { 5 } else { each };
     let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
     let rest = mesh.nodes();
     let fibers: Vec<Fiber> = (0..5)
@@ -134,7 +137,7 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         .unwrap();
     assert_eq!(
         taken(),
-        [all, all, 0, 0, 0, each],
+        [all, all, 0, 0, 0, of_fibers],
         "a gradient, with its energy"
     );
     body.hessian_vector(body.configuration(&x, &[0.5]).unwrap(), &x, &mut rows)
@@ -145,7 +148,10 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
         HessianProjection::None,
         &mut hessian,
     );
-    assert_eq!(taken(), [0, 0, 0, all, 0, each], "a Hessian");
+    let by_projection = [0, 0, 0, 0, all, of_fibers];
+    let exactly = [0, 0, 0, all, 0, of_fibers];
+    let hessian_takes = if alone { by_projection } else { exactly };
+    assert_eq!(taken(), hessian_takes, "a Hessian");
     body.control_gradient(body.configuration(&x, &[0.5]).unwrap(), 0, &mut rows)
         .unwrap();
     assert_eq!(taken(), [0, 0, 0, 0, 0, each], "the force of a muscle");
@@ -166,10 +172,11 @@ fn no_derivative_and_no_fiber_is_evaluated_that_nobody_asked_for() {
     };
     // A projected Hessian takes its five fibers one by one.
     let force = [0, 0, 0, 0, 0, each];
-    assert_eq!(pulls_of_relaxed(&body), (4 * each + 5, force));
+    let passive = 2 * each + 2 * of_fibers + 5;
+    assert_eq!(pulls_of_relaxed(&body), (passive, force));
     let nothing = body_with(false, Stretch::Total);
     assert_eq!(pulls_of_relaxed(&nothing), (0, force));
     // Inside out this one has no energy but +∞.
     let walled = body_with(false, Stretch::Isochoric);
-    assert_eq!(pulls_of_relaxed(&walled), (4 * each + 5, force));
+    assert_eq!(pulls_of_relaxed(&walled), (passive, force));
 }
