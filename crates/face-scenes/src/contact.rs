@@ -1,19 +1,19 @@
 //! What the flesh of a scene touches: bones and eyeballs that it may not enter, and itself.
 
-use super::defect::{ContactDefect, Location};
+use super::SceneError;
+use super::defect::ContactDefect;
 use super::load::Place;
 use super::outline::Outline;
+use super::shape::{ShapeSpec, shapes};
 use super::touching::{self, FleshSpec, SkinOf, Touching};
-use super::{SceneError, json};
 use face_rig::anatomy::{Bone, Bones, EmbeddedPoint};
-use fem_assembly::mesh::{MeshFile, SimplexMesh};
+use fem_assembly::mesh::SimplexMesh;
 use fem_assembly::{
-    AssemblyBuilder, AssemblyError, ContactPoint, FleshContact, FleshContactParams,
-    ImplicitSurface, RigidContact, RigidContactParams, RigidFrame, RigidSurface, SampledDistance,
+    AssemblyBuilder, AssemblyError, ContactPoint, FleshContact, FleshContactParams, RigidContact,
+    RigidContactParams, RigidFrame, RigidSurface,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// How far from a solid flesh lies at rest that may come to touch it, meters.
@@ -26,7 +26,8 @@ pub struct ContactSpec {
     /// What flesh may not enter.
     #[serde(default)]
     pub solids: Vec<SolidSpec>,
-    /// The gap below which solids push, in the scene's unit; 0.5 mm by default.
+    /// The gap below which solids push, in the scene's unit; 0.5 mm by default. This, `pressure` and `depth`
+    /// are those of solids that say none of their own.
     #[serde(default)]
     pub activation: Option<f64>,
     /// The pressure where flesh touches a solid, pascals; 100 kPa by default.
@@ -53,6 +54,16 @@ pub struct SolidSpec {
     /// The bone that it moves with; the cranium by default.
     #[serde(default)]
     pub moves_with: MovesWith,
+    /// Its own [`ContactSpec::activation`], [`ContactSpec::pressure`] and [`ContactSpec::depth`], where it
+    /// has one.
+    #[serde(default)]
+    pub activation: Option<f64>,
+    /// See [`activation`](Self::activation).
+    #[serde(default)]
+    pub pressure: Option<f64>,
+    /// See [`activation`](Self::activation).
+    #[serde(default)]
+    pub depth: Option<f64>,
 }
 
 /// A bone.
@@ -66,62 +77,11 @@ pub enum MovesWith {
     Jaw,
 }
 
-/// The form of a solid; lengths in the scene's unit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-#[non_exhaustive]
-pub enum ShapeSpec {
-    /// A surface of triangles in a VTU or VTK file: all, or those whose corners all have a label in
-    /// a point data array of whole numbers. Parts may overlap; holes are closed.
-    Triangles {
-        /// The file.
-        file: PathBuf,
-        /// The array.
-        #[serde(default)]
-        array: Option<String>,
-        /// The label.
-        #[serde(default)]
-        label: Option<i64>,
-    },
-    /// A JSON file with `eyeballs.NAME.centre_m` and `radius_m`, meters whatever the scene's `scale`.
-    Eyeballs(PathBuf),
-    /// A ball.
-    Sphere {
-        /// Its center.
-        center: [f64; 3],
-        /// Its radius.
-        radius: f64,
-    },
-    /// All points nearer than the radius to a segment.
-    Capsule {
-        /// The segment's ends.
-        ends: [[f64; 3]; 2],
-        /// The radius.
-        radius: f64,
-    },
-    /// A box along the axes.
-    Box {
-        /// Lowest corner.
-        min: [f64; 3],
-        /// Highest corner.
-        max: [f64; 3],
-    },
-    /// What is behind a plane.
-    HalfSpace {
-        /// A point of the plane.
-        point: [f64; 3],
-        /// Unit normal out of the solid.
-        normal: [f64; 3],
-    },
-}
-
 /// What flesh touches.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contact {
     /// What it may not enter.
     pub solids: Vec<Solid>,
-    /// How hard these push.
-    pub params: RigidContactParams,
     /// How surfaces of flesh push each other, if they do.
     pub flesh: Option<FleshContactParams>,
     /// What they push with.
@@ -135,6 +95,8 @@ pub struct Solid {
     pub surface: RigidSurface,
     /// The bone that it moves with: cranium or jaw.
     pub moves_with: Bone,
+    /// How hard it pushes.
+    pub params: RigidContactParams,
     /// The lowest and the highest corner of a box around it, meters.
     pub bounds: [[f64; 3]; 2],
     /// What pictures show of it: eyeballs and surfaces of triangles.
@@ -146,24 +108,9 @@ pub(super) fn load(
     spec: &ContactSpec,
     skin: &SkinOf,
 ) -> Result<Contact, SceneError> {
-    let defaults = RigidContactParams::default();
-    let length = |given: Option<f64>, otherwise: f64| given.map_or(otherwise, |v| v * place.scale);
-    let params = RigidContactParams {
-        activation: length(spec.activation, defaults.activation),
-        pressure: spec.pressure.unwrap_or(defaults.pressure),
-        depth: length(spec.depth, defaults.depth),
-    };
-    let spacing = length(spec.spacing, 1e-3);
-    for (field, value) in [
-        ("contact.activation", params.activation),
-        ("contact.pressure", params.pressure),
-        ("contact.depth", params.depth),
-        ("contact.spacing", spacing),
-    ] {
-        if !(value > 0.0 && value < f64::INFINITY) {
-            return Err(place.field(field, ContactDefect::NotPositive { value }));
-        }
-    }
+    let params = Numbers::of(spec).over(place, "contact", RigidContactParams::default())?;
+    let spacing = spec.spacing.map_or(1e-3, |v| v * place.scale);
+    positive(place, "contact.spacing".into(), spacing)?;
     let mut solids = Vec::new();
     for (k, solid) in spec.solids.iter().enumerate() {
         let field = format!("contact.solids[{k}]");
@@ -171,10 +118,12 @@ pub(super) fn load(
             MovesWith::Cranium => Bone::Cranium,
             MovesWith::Jaw => Bone::Jaw,
         };
+        let params = Numbers::of_solid(solid).over(place, &field, params)?;
         let shapes = shapes(place, &field, &solid.shape, spacing, params.activation)?;
         solids.extend(shapes.into_iter().map(|shape| Solid {
             surface: shape.surface,
             moves_with,
+            params,
             bounds: shape.bounds,
             outline: shape.outline.map(Arc::new),
         }));
@@ -182,160 +131,84 @@ pub(super) fn load(
     let (flesh, touching) = touching::load(place, &spec.flesh, skin)?;
     Ok(Contact {
         solids,
-        params,
         flesh,
         touching,
     })
 }
 
-/// A surface with a box around it and what is drawn of it, as in [`Solid`].
-pub(super) struct Shape {
-    pub surface: RigidSurface,
-    pub bounds: [[f64; 3]; 2],
-    pub outline: Option<Outline>,
+/// What a file says of how hard solids push; lengths in the scene's unit.
+struct Numbers {
+    activation: Option<f64>,
+    pressure: Option<f64>,
+    depth: Option<f64>,
 }
 
-impl Shape {
-    fn implicit(surface: ImplicitSurface<3>, outline: Option<Outline>) -> Self {
+impl Numbers {
+    fn of(spec: &ContactSpec) -> Self {
         Self {
-            bounds: bounds(&surface),
-            surface: RigidSurface::Implicit(surface),
-            outline,
+            activation: spec.activation,
+            pressure: spec.pressure,
+            depth: spec.depth,
         }
     }
-}
-
-/// What one shape of a scene stands for.
-pub(super) fn shapes(
-    place: &Place,
-    field: &str,
-    spec: &ShapeSpec,
-    spacing: f64,
-    activation: f64,
-) -> Result<Vec<Shape>, SceneError> {
-    let meters = |x: &[f64; 3]| x.map(|c| c * place.scale);
-    let implicit = match spec {
-        ShapeSpec::Triangles { file, array, label } => {
-            let path = place.file(file);
-            let chosen = match (array, label) {
-                (Some(array), Some(label)) => Some((array.as_str(), *label)),
-                (None, None) => None,
-                _ => {
-                    let field = format!("{field}.shape.triangles");
-                    return Err(place.field(field, ContactDefect::HalfChosen));
-                }
-            };
-            return Ok(vec![triangles(place, &path, chosen, spacing, activation)?]);
-        }
-        ShapeSpec::Eyeballs(file) => return eyeballs(&place.file(file)),
-        ShapeSpec::Sphere { center, radius } => ImplicitSurface::Sphere {
-            center: meters(center),
-            radius: radius * place.scale,
-        },
-        ShapeSpec::Capsule { ends, radius } => ImplicitSurface::Capsule {
-            ends: [meters(&ends[0]), meters(&ends[1])],
-            radius: radius * place.scale,
-        },
-        ShapeSpec::Box { min, max } => ImplicitSurface::Box {
-            min: meters(min),
-            max: meters(max),
-        },
-        ShapeSpec::HalfSpace { point, normal } => ImplicitSurface::HalfSpace {
-            point: meters(point),
-            normal: *normal,
-        },
-    };
-    implicit
-        .check(1e-3)
-        .map_err(|e| place.field(format!("{field}.shape"), ContactDefect::from(e)))?;
-    Ok(vec![Shape::implicit(implicit, None)])
-}
-
-pub(super) fn bounds(surface: &ImplicitSurface<3>) -> [[f64; 3]; 2] {
-    let around =
-        |low: [f64; 3], high: [f64; 3], by: f64| [low.map(|c| c - by), high.map(|c| c + by)];
-    match surface {
-        ImplicitSurface::Sphere { center, radius } => around(*center, *center, *radius),
-        ImplicitSurface::Capsule {
-            ends: [a, b],
-            radius,
-        } => around(
-            std::array::from_fn(|i| a[i].min(b[i])),
-            std::array::from_fn(|i| a[i].max(b[i])),
-            *radius,
-        ),
-        ImplicitSurface::Box { min, max } => [*min, *max],
-        // A half-space has no bounds, and of a shape that is new here none are known.
-        _ => [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]],
-    }
-}
-
-fn triangles(
-    place: &Place,
-    path: &Path,
-    chosen: Option<(&str, i64)>,
-    spacing: f64,
-    activation: f64,
-) -> Result<Shape, SceneError> {
-    let file = MeshFile::read(path)?;
-    let mut triangles = file.triangles()?;
-    if let Some((array, label)) = chosen {
-        let labels = file.point_integers(array)?;
-        triangles.retain(|t| t.iter().all(|&n| labels[n as usize] == label));
-        if triangles.is_empty() {
-            let name = array.to_owned();
-            let location = Location::PointArray { name, point: None };
-            let defect = ContactDefect::NoTriangle { label };
-            return Err(SceneError::invalid(path, location, defect));
+    fn of_solid(spec: &SolidSpec) -> Self {
+        Self {
+            activation: spec.activation,
+            pressure: spec.pressure,
+            depth: spec.depth,
         }
     }
-    let points: Vec<[f64; 3]> = file
-        .points
-        .iter()
-        .map(|p| p.map(|c| c * place.scale))
-        .collect();
-    let sampled = SampledDistance::new(&points, &triangles, spacing, activation)
-        .map_err(|e| SceneError::invalid(path, Location::Triangles, e))?;
-    let corners = || triangles.as_flattened().iter().map(|&n| points[n as usize]);
-    let least = |i: usize| corners().map(|p| p[i]).fold(f64::INFINITY, f64::min);
-    let most = |i: usize| corners().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max);
-    let bounds = [std::array::from_fn(least), std::array::from_fn(most)];
-    Ok(Shape {
-        surface: RigidSurface::Sampled(Arc::new(sampled)),
-        bounds,
-        outline: Some(Outline::of(&points, &triangles)),
-    })
-}
-
-/// Other fields of the file are of no concern here.
-#[derive(Deserialize)]
-struct EyeballFile {
-    eyeballs: BTreeMap<String, Eyeball>,
-}
-#[derive(Deserialize)]
-struct Eyeball {
-    centre_m: [f64; 3],
-    radius_m: f64,
-}
-
-fn eyeballs(path: &Path) -> Result<Vec<Shape>, SceneError> {
-    let read: EyeballFile = json::read(path)?;
-    let ball = |(name, eye): (String, Eyeball)| {
-        let ball = ImplicitSurface::Sphere {
-            center: eye.centre_m,
-            radius: eye.radius_m,
+    /// These, and the `otherwise` of what is not said.
+    fn over(
+        &self,
+        place: &Place,
+        field: &str,
+        otherwise: RigidContactParams,
+    ) -> Result<RigidContactParams, SceneError> {
+        let length = |given: Option<f64>, otherwise| given.map_or(otherwise, |v| v * place.scale);
+        let params = RigidContactParams {
+            activation: length(self.activation, otherwise.activation),
+            pressure: self.pressure.unwrap_or(otherwise.pressure),
+            depth: length(self.depth, otherwise.depth),
         };
-        ball.check(1e-3).map_err(|e| {
-            SceneError::invalid(path, format!("eyeballs.{name}"), ContactDefect::from(e))
-        })?;
-        let outline = Outline::eyeball(eye.centre_m, eye.radius_m);
-        Ok(Shape::implicit(ball, Some(outline)))
-    };
-    read.eyeballs.into_iter().map(ball).collect()
+        for (name, value) in [
+            ("activation", params.activation),
+            ("pressure", params.pressure),
+            ("depth", params.depth),
+        ] {
+            positive(place, format!("{field}.{name}"), value)?;
+        }
+        Ok(params)
+    }
+}
+
+fn positive(place: &Place, field: String, value: f64) -> Result<(), SceneError> {
+    if value > 0.0 && value < f64::INFINITY {
+        Ok(())
+    } else {
+        Err(place.field(field, ContactDefect::NotPositive { value }))
+    }
 }
 
 impl Contact {
-    /// Adds a term for the solids of each bone, and one for the flesh itself; `embedding` has points of
+    /// Solids that move together and push alike, those of the cranium first.
+    fn alike(&self) -> Vec<Vec<&Solid>> {
+        let mut groups: Vec<Vec<&Solid>> = Vec::new();
+        for bone in [Bone::Cranium, Bone::Jaw] {
+            for solid in self.solids.iter().filter(|s| s.moves_with == bone) {
+                let like = |of: &&mut Vec<&Solid>| {
+                    of[0].moves_with == bone && of[0].params == solid.params
+                };
+                match groups.iter_mut().find(like) {
+                    Some(group) => group.push(solid),
+                    None => groups.push(vec![solid]),
+                }
+            }
+        }
+        groups
+    }
+
+    /// Adds a term for the solids of each bone that push alike, and one for the flesh itself; `embedding` has points of
     /// the skin that solids push beside the faces of the mesh.
     ///
     /// # Errors
@@ -357,12 +230,8 @@ impl Contact {
             let carried = embedding.values().copied();
             let mut points = ContactPoint::carried(mesh, &faces, carried);
             points.retain(|p| p.point.nodes.iter().any(|&n| free(n)));
-            for bone in [Bone::Cranium, Bone::Jaw] {
-                let solids = self.solids.iter().filter(|s| s.moves_with == bone);
-                let solids: Vec<&Solid> = solids.collect();
-                if !solids.is_empty() {
-                    builder = builder.term(rigid(&solids, &points, mesh, bones, self.params)?)?;
-                }
+            for solids in self.alike() {
+                builder = builder.term(rigid(&solids, &points, mesh, bones)?)?;
             }
         }
         match self.flesh {
@@ -386,13 +255,12 @@ impl Solid {
     }
 }
 
-/// The term of the solids that move with one bone.
+/// The term of some solids that are alike.
 fn rigid(
     solids: &[&Solid],
     points: &[ContactPoint],
     mesh: &SimplexMesh<3>,
     bones: &Bones,
-    params: RigidContactParams,
 ) -> Result<RigidContact, AssemblyError> {
     let rest = mesh.nodes();
     let near = |p: &&ContactPoint| {
@@ -409,6 +277,9 @@ fn rigid(
         None
     };
     let surfaces = solids.iter().map(|solid| solid.surface.clone()).collect();
+    let params = solids
+        .first()
+        .map_or_else(RigidContactParams::default, |solid| solid.params);
     RigidContact::new(surfaces, frame, near, rest, params)
 }
 
@@ -440,6 +311,11 @@ mod tests {
                 "contact.solids[0].shape",
             ),
             ("pressure", r#"{ "pressure": 0 }"#, "contact.pressure"),
+            (
+                "own",
+                r#"{ "solids": [{ "shape": { "sphere": { "center": [0, 0, 0], "radius": 1 } }, "depth": -1 }] }"#,
+                "contact.solids[0].depth",
+            ),
             (
                 "label",
                 r#"{ "solids": [{ "shape": { "triangles": { "file": "a.vtu", "label": 1 } } }] }"#,
@@ -502,5 +378,25 @@ mod tests {
         };
         assert!(difference(0.0).abs() < 1e-12);
         assert!(difference(0.5e-3) > 1e-6 && difference(-0.5e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn solids_that_push_unlike_are_not_one_term() {
+        let balls = |own: &str| {
+            let ball = r#""shape": { "sphere": { "center": [0, 0, 0], "radius": 20 } }"#;
+            let contact =
+                format!(r#"{{ "activation": 2, "solids": [{{ {ball} }}, {{ {ball}{own} }}] }}"#);
+            load("unlike", &contact).expect("a scene").contact
+        };
+        let alike = balls("");
+        assert_eq!(alike.alike().len(), 1);
+        let unlike = balls(r#", "pressure": 3e4, "depth": 4"#);
+        let groups = unlike.alike();
+        let [first, second] = &groups[..] else {
+            panic!("two terms");
+        };
+        assert_eq!(first[0].params, alike.solids[0].params);
+        let own = second[0].params;
+        assert_eq!((own.activation, own.pressure, own.depth), (2e-3, 3e4, 4e-3));
     }
 }

@@ -1,10 +1,11 @@
 //! The face that the program makes, as a scene.
 
-use super::contact::{self, Contact, Solid};
+use super::contact::{Contact, Solid};
 use super::defect::Defect;
 use super::format::Strays;
 use super::load::{Flesh, Place};
 use super::outline::Outline;
+use super::shape;
 use super::touching::Touching;
 use super::{Fibers, Landmark, NamedMaterial, Region, Scene, SceneError, Skin};
 use crate::builtin::{BuiltinFace, Tissue};
@@ -90,13 +91,12 @@ fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
         depth: DEPTH,
         ..RigidContactParams::default()
     };
-    let mut solids = [1.0, -1.0].map(eyeball).to_vec();
+    let mut solids = [1.0, -1.0].map(|side| eyeball(side, params)).to_vec();
     for bone in [Bone::Cranium, Bone::Jaw] {
-        solids.push(teeth(bone, params.activation)?);
+        solids.push(teeth(bone, params)?);
     }
     Ok(Contact {
         solids,
-        params,
         flesh: Some(FleshContactParams {
             depth: LIP_DEPTH,
             ..FleshContactParams::default()
@@ -105,21 +105,22 @@ fn contact(lips: Vec<[u32; 3]>) -> Result<Contact, AssemblyError> {
     })
 }
 
-fn eyeball(side: f64) -> Solid {
+fn eyeball(side: f64, params: RigidContactParams) -> Solid {
     let [x, y, z] = BuiltinFace::EYEBALL_CENTER;
     let (center, radius) = ([side * x, y, z], BuiltinFace::EYEBALL_RADIUS);
     let surface = ImplicitSurface::Sphere { center, radius };
     Solid {
         surface: RigidSurface::Implicit(surface),
         moves_with: Bone::Cranium,
-        bounds: contact::bounds(&surface),
+        params,
+        bounds: shape::bounds(&surface),
         outline: Some(Arc::new(Outline::eyeball(center, radius))),
     }
 }
 
-fn teeth(bone: Bone, reach: f64) -> Result<Solid, AssemblyError> {
+fn teeth(bone: Bone, params: RigidContactParams) -> Result<Solid, AssemblyError> {
     let (points, triangles) = BuiltinFace::teeth(bone);
-    let sampled = SampledDistance::new(&points, &triangles, SPACING, reach)?;
+    let sampled = SampledDistance::new(&points, &triangles, SPACING, params.activation)?;
     let end = |choose: fn(f64, f64) -> f64, start: f64| {
         let further = |a: [f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| choose(a[k], b[k]));
         points.iter().fold([start; 3], further)
@@ -127,6 +128,7 @@ fn teeth(bone: Bone, reach: f64) -> Result<Solid, AssemblyError> {
     Ok(Solid {
         surface: RigidSurface::Sampled(Arc::new(sampled)),
         moves_with: bone,
+        params,
         bounds: [
             end(f64::min, f64::INFINITY),
             end(f64::max, f64::NEG_INFINITY),

@@ -93,8 +93,9 @@
 //! * `contact`: what flesh may not enter, and with `"flesh": true` or `"flesh": { "surface": "skin",
 //!   "near": { "landmarks": [48, 54], "within": 0.02 } }` itself ([`ContactSpec`], [`TouchingSpec`]):
 //!   `{ "solids": [{ "shape": { "triangles": { "file": "teeth.vtu", "array": "bone", "label": 2 } },
-//!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" } }] }`; a shape may also be a
-//!   `sphere`, `capsule`, `box` or `half_space`.
+//!   "moves_with": "jaw" }, { "shape": { "eyeballs": "jaw.json" }, "pressure": 1e4 }] }`; a shape may also
+//!   be a `sphere`, `capsule`, `box` or `half_space`, and a solid may have its own `activation`,
+//!   `pressure` and `depth`.
 //! * `targets.align`: true lays the targets over the face by a motion with scale
 //!   ([`TargetsSpec::align`]).
 //! * `face.files.strays`: `"repair"` gives vertices of the skin that the embedding lays on other flesh than
@@ -206,6 +207,7 @@ mod outline;
 mod pose;
 mod reactions;
 mod rig;
+mod shape;
 mod strays;
 mod table;
 mod targets;
@@ -215,7 +217,7 @@ mod warning;
 
 pub use alignment::Suspicion;
 pub use check::{CheckReport, MeshReport, MuscleReport, check};
-pub use contact::{Contact, ContactSpec, MovesWith, ShapeSpec, Solid, SolidSpec};
+pub use contact::{Contact, ContactSpec, MovesWith, Solid, SolidSpec};
 pub use courses::{
     BundlesSpec, CourseSpec, DrawnMuscle, DrawnRegion, Ligament, LigamentSpec, OverSpec, OwnFibers,
     OwnFibersSpec, PlaceOnFace, PointSpec,
@@ -238,6 +240,7 @@ pub use outcome::{ImpossiblePose, Outcome, Unfinished};
 pub use outline::Outline;
 pub use pose::{Allowed, SettingError, parse_activations, parse_angle, parse_controls};
 pub use rig::RigSceneError;
+pub use shape::ShapeSpec;
 pub use touching::{FleshSpec, NearSpec, SurfaceOfFlesh, Touching, TouchingSpec};
 pub use warning::Warning;
 

@@ -236,6 +236,7 @@ impl Fitter<'_> {
             rig,
             roots,
             seen: &seen,
+            has_nearer: false,
         };
         let mut iterations = Vec::new();
         let outcome = gauss_newton_observed(&mut problem, &mut q, &settings, &mut |i| {
@@ -260,6 +261,7 @@ impl Fitter<'_> {
         }
         let parameters = map.trusted_parameters(&q);
         let report = |stop| -> Result<FitReport, RigError> {
+            problem.has_nearer = false;
             let positions = problem.pose(&parameters)?;
             Ok(FitReport {
                 q,
@@ -424,13 +426,21 @@ struct Problem<'a> {
     roots: Vec<f64>,
     /// (root mean square, largest) distance at the last evaluation, meters.
     seen: &'a Cell<(f64, f64)>,
+    /// Does a pose that cannot be reached leave a nearer one to try?
+    has_nearer: bool,
 }
 
 impl Problem<'_> {
     fn pose(&mut self, parameters: &Parameters) -> Result<Vec<[f64; 3]>, RigError> {
         if self.rig.equilibrium().parameters != *parameters {
-            self.rig.solve(parameters)?;
+            if self.has_nearer {
+                self.rig.solve_whole(parameters)?;
+            } else {
+                self.rig.solve(parameters)?;
+            }
         }
+        // A damped search shortens its step.
+        self.has_nearer = self.fitter.params.damping != Damping::None;
         Ok(self.rig.equilibrium().positions())
     }
 

@@ -325,23 +325,42 @@ impl Rig {
     /// [`RigError::NoEquilibrium`] says how far the walk came; [`RigError::Walk`] when
     /// [`RigParams::smallest_step`] is no part of a way.
     pub fn solve(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
+        self.solve_in_parts(parameters, self.params.smallest_step)
+    }
+
+    /// As [`solve`](Self::solve), the whole way or not at all: for a search that has a nearer pose to try
+    /// where this one is far. Walked in parts a pose that flesh cannot come to whole may take thousands of
+    /// Newton steps, only to be turned down.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve), but for what only parts can run into: [`RigError::NoEquilibrium`] came
+    /// 0 % of the way.
+    pub fn solve_whole(&mut self, parameters: &Parameters) -> Result<&Equilibrium, RigError> {
+        self.solve_in_parts(parameters, 1.0)
+    }
+
+    fn solve_in_parts(
+        &mut self,
+        parameters: &Parameters,
+        smallest_step: f64,
+    ) -> Result<&Equilibrium, RigError> {
         self.check(parameters)?;
         self.check_bones(parameters)?;
         let begin = Stopwatch::start();
-        let walked = self.walk(parameters);
+        let walked = self.walk(parameters, smallest_step);
         self.work.equilibrium_time += begin.elapsed();
         self.equilibrium = walked?;
         Ok(&self.equilibrium)
     }
 
-    fn walk(&mut self, target: &Parameters) -> Result<Equilibrium, RigError> {
+    fn walk(&mut self, target: &Parameters, smallest_step: f64) -> Result<Equilibrium, RigError> {
         let near = |at: &Equilibrium| self.distance(&at.parameters, target);
         let start = match &self.tangent {
             Some(tangent) if near(&tangent.at) <= near(&self.equilibrium) => tangent.at.clone(),
             _ => self.equilibrium.clone(),
         };
         let params = ContinuationParams {
-            smallest_step: self.params.smallest_step,
+            smallest_step,
             ..ContinuationParams::default()
         };
         let mut state = start.clone();

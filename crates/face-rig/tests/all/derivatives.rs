@@ -225,6 +225,29 @@ fn an_equilibrium_inside_out_is_none_where_the_rig_refuses_it() {
     assert!(ratios.iter().all(|ratio| *ratio > 0.0));
 }
 
+/// The same pose as above, at the end of a way that can be walked in parts up to somewhere.
+#[test]
+fn a_pose_is_reached_whole_or_not_at_all_where_that_is_asked() {
+    let params = RigParams {
+        refuses_inverted: true,
+        ..RigParams::default()
+    };
+    let mut pose = Parameters::rest(MUSCLES);
+    pose.jaw.translation[2] = -0.12;
+    let mut rig = rig_of(params, 1.0, 1.0);
+    let error = rig.lent(|rig| rig.solve_whole(&pose).cloned()).unwrap_err();
+    assert!(
+        matches!(error, RigError::NoEquilibrium { percent: 0.0, .. }),
+        "{error}"
+    );
+    assert_eq!(rig.work().equilibria, 1);
+    assert_eq!(rig.equilibrium().parameters.jaw.translation[2], 0.0);
+    pose.jaw.translation[2] = 0.005;
+    let whole = rig.lent(|rig| rig.solve_whole(&pose).cloned()).unwrap();
+    let mut other = rig_of(params, 1.0, 1.0);
+    assert_eq!(whole, *other.solve(&pose).unwrap());
+}
+
 #[test]
 fn flesh_that_springs_of_a_control_hold_is_no_free_flesh() {
     let mesh = kuhn_grid(2, 2, 4, [0.04, 0.04, 0.08]).unwrap();

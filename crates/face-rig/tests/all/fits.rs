@@ -3,7 +3,9 @@
 use super::derivatives::{MUSCLES, rig, rig_of};
 use super::promise::Rig;
 use face_rig::anatomy::JawHinge;
-use face_rig::fit::{CraniumModel, FitParams, FitReport, Fitter, JawModel, Parametrization};
+use face_rig::fit::{
+    CraniumModel, FitError, FitParams, FitReport, Fitter, JawModel, Parametrization,
+};
 use face_rig::rig::{AllNodes, Parameters, RigParams};
 
 fn fitted(
@@ -146,4 +148,45 @@ fn a_common_factor_of_stiffness_and_strength_changes_no_fit() {
         assert!(apart < 1e-5, "{factor:e}: {q:?} for {expected:?}");
     }
     assert!(expected.iter().any(|a| *a > 0.1), "{expected:?}");
+}
+
+/// The jaw of the target has gone through the cranium: no step leads there, and a trial that is turned down
+/// is one equilibrium, not the parts of a walk.
+#[test]
+fn a_trial_that_flesh_cannot_come_to_is_not_walked_to() {
+    let mut through = Parameters::rest(MUSCLES);
+    through.jaw.translation[2] = -0.12;
+    let mut allowed = rig_of(RigParams::default(), 1.0, 1.0);
+    let target = allowed.solve(&through).unwrap().positions();
+    let refusing = RigParams {
+        refuses_inverted: true,
+        ..RigParams::default()
+    };
+    let mut rig = rig_of(refusing, 1.0, 1.0);
+    let jaw = JawModel::Rigid { point: [0.0; 3] };
+    let map = Parametrization::of_all(MUSCLES, CraniumModel::Fixed, jaw);
+    let params = FitParams {
+        max_iterations: 3,
+        ..FitParams::default()
+    };
+    let fitter = Fitter {
+        observation: &AllNodes {
+            nodes: target.len(),
+        },
+        target: target.as_flattened(),
+        weights: &[],
+        parametrization: &map,
+        params: &params,
+    };
+    rig.solve(&Parameters::rest(MUSCLES)).unwrap();
+    let mut accepted = Vec::new();
+    let end = rig.lent(|rig| {
+        let end = fitter.fit(rig, &map.rest(), &mut |i| accepted.push(i.rms_mm));
+        Ok::<_, ()>(end.err())
+    });
+    assert!(matches!(end, Ok(Some(FitError::NotConverged { .. }))));
+    // Three steps after the start, and ten trials that were turned down; walked in parts they were 97.
+    assert_eq!(accepted.len(), 4);
+    let equilibria = rig.work().equilibria;
+    assert!((5..30).contains(&equilibria), "{equilibria}");
 }

@@ -1,9 +1,9 @@
 //! Where the points of a drawing are.
 
 use super::spec::{CourseSpec, OverSpec, PlaceOnFace, PointSpec};
-use crate::contact::shapes;
 use crate::defect::CourseDefect;
 use crate::load::Place;
+use crate::shape::shapes;
 use crate::{Landmark, SceneError};
 use face_rig::anatomy::{Course, EmbeddedPoint, Section, TetLocator, resampled, smoothed, wrapped};
 use fem_assembly::RigidSurface;

@@ -1,7 +1,7 @@
 //! What a scene file says of muscles, ligaments and regions that are drawn as lines.
 
-use crate::contact::ShapeSpec;
 use crate::material::SceneMaterial;
+use crate::shape::ShapeSpec;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};

@@ -5,10 +5,10 @@ use super::spec::{
     CavitySpec, ClosureSpec, LoadSpec, MotionSpec, PlaceSpec, StiffnessSpec, StrengthSpec,
 };
 use super::{Influence, InfluenceKind};
-use crate::contact::{self, ShapeSpec};
 use crate::defect::InfluenceDefect;
 use crate::load::Place;
 use crate::names::{meant, similar};
+use crate::shape::{Shape, ShapeSpec, shapes};
 use crate::{Region, SceneError, SceneFile};
 use face_rig::anatomy::{Bone, Bones, Muscle};
 use fem_assembly::mesh::{MeshFile, SimplexMesh};
@@ -265,8 +265,8 @@ impl Reader<'_> {
             return Err(place.field(format!("{field}.shape"), InfluenceDefect::Triangles));
         }
         // Neither number has a part in a shape that is no surface of triangles.
-        let shapes = contact::shapes(place, field, shape, 1.0, 1.0)?;
-        let implicit = |shape: contact::Shape| match shape.surface {
+        let shapes = shapes(place, field, shape, 1.0, 1.0)?;
+        let implicit = |shape: Shape| match shape.surface {
             RigidSurface::Implicit(surface) => Some(surface),
             _ => None,
         };

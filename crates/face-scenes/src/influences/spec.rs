@@ -1,6 +1,6 @@
 //! What a scene file says of loads, cavities, motions, strengths and stiffnesses.
 
-use crate::contact::ShapeSpec;
+use crate::shape::ShapeSpec;
 use serde::{Deserialize, Serialize};
 
 /// Nodes or faces: those that meet every condition given, at least one. A face of the boundary meets

@@ -279,6 +279,46 @@ fn derivatives_hold_with_a_bone_that_moves() {
     }
 }
 
+/// A cube 1 m wide above a half-space or in it at rest, moved down: the pressure over p̂.
+#[test]
+fn flesh_with_less_room_than_the_activation_is_pushed_over_a_shorter_way() {
+    let mesh = kuhn_grid(2, 2, 2, [1.0; 3]).unwrap();
+    let rest = mesh.nodes();
+    let floor = mesh.boundary().faces.into_iter();
+    let floor: Vec<_> = floor
+        .filter(|f| f.iter().all(|&n| rest[n as usize][2] == 0.0))
+        .collect();
+    let points = ContactPoint::on_faces(&mesh, &floor);
+    let params = RigidContactParams {
+        activation: 0.03,
+        pressure: 1e4,
+        depth: f64::INFINITY,
+    };
+    for (gap, down, pressure) in [
+        (0.03, 0.03, 1.0),
+        (0.015, 0.015, 1.0),
+        (0.0, 0.01, 1.0),
+        (-0.2, 0.01, 1.0),
+        (0.03, 0.06, 4.0),
+        (0.006, 0.006, 0.36),
+        (0.0, 0.0, 0.0),
+    ] {
+        let below = ImplicitSurface::HalfSpace {
+            point: [0.0, 0.0, -gap],
+            normal: [0.0, 0.0, 1.0],
+        };
+        let solids = vec![RigidSurface::Implicit(below)];
+        let contact = RigidContact::new(solids, None, points.clone(), rest, params).unwrap();
+        let dofs = Dofs::with_prescribed_nodes(rest, &[0]).unwrap();
+        let builder = AssemblyBuilder::new(&mesh, dofs).unwrap();
+        let assembly = builder.term(contact).unwrap().build().unwrap();
+        let moved: Vec<Point> = rest.iter().map(|p| [p[0], p[1], p[2] - down]).collect();
+        let forces = assembly.forces_everywhere(assembly.configuration(&moved, &[]).unwrap());
+        let push: f64 = forces.iter().map(|f| f[2]).sum();
+        assert!((push - 1e4 * pressure).abs() < 1e-8, "{gap} {down}: {push}");
+    }
+}
+
 #[test]
 fn nothing_pushes_at_rest_or_where_bone_and_flesh_move_together() {
     for (sampled, moving) in [(false, false), (true, true)] {
@@ -520,9 +560,9 @@ fn no_point_that_a_solid_reaches_is_skipped_and_solids_add_up() {
         for solid in 0..2 {
             let formula = |point: &ContactPoint| {
                 let d = params.activation.min(distance(solid, point.position(rest)));
-                let lack = (d - distance(solid, point.position(&moved))) / params.activation;
-                let lack = lack.max(0.0);
-                params.pressure * point.area * params.activation / 3.0 * lack.powi(3)
+                let length = d.max(params.activation / 3.0);
+                let lack = (d - distance(solid, point.position(&moved))) / length;
+                params.pressure * point.area * length / 3.0 * lack.max(0.0).powi(3)
             };
             let expected: f64 = points.iter().map(formula).sum();
             let found = energy(&each[solid]);

@@ -97,18 +97,11 @@ fn run<P: LeastSquares + ?Sized>(
 ) -> Result<GaussNewtonStop, GaussNewtonFailure<P::Error>> {
     let (m, n) = (problem.residuals(), problem.parameters());
     check(params, theta, m, n)?;
-    let mut fit = Fit {
-        problem,
-        theta,
-        params,
-        info,
-        r: vec![0.0; m],
-        trial_r: vec![0.0; m],
-    };
-    fit.start()?;
+    let mut fit = Fit::start(problem, theta, params, info)?;
     fit.report(observer, 0.0, 0.0);
     let mut j = vec![0.0; m * n];
     let mut damper = Damper::new(params.damping);
+    let mut doubted = false;
     loop {
         if fit.info.residual <= params.residual_tolerance {
             return Ok(GaussNewtonStop::Residual);
@@ -136,17 +129,24 @@ fn run<P: LeastSquares + ?Sized>(
         };
         fit.info.iterations += 1;
         fit.report(observer, taken.length, taken.lambda);
-        if let Some(stop) = fit.met(before, &taken) {
-            let last = stop == GaussNewtonStop::Residual
-                || taken.lambda == 0.0
-                || promise().is_some_and(|left| {
-                    left.is_taken_by(taken.predicted) || left.is_nothing(params)
-                });
-            if last {
-                return Ok(stop);
-            }
-            damper.ease();
+        let Some(stop) = fit.met(before, &taken) else {
+            doubted = false;
+            continue;
+        };
+        if stop == GaussNewtonStop::Residual {
+            return Ok(stop);
         }
+        // A gain far below what was predicted tells of the model, not of the end: the next step is damped more.
+        doubted = !doubted && taken.is_misjudged(before.0 - fit.info.cost);
+        if doubted {
+            continue;
+        }
+        let is_last =
+            |left: Remaining| left.is_taken_by(taken.predicted) || left.is_nothing(params);
+        if taken.lambda == 0.0 || promise().is_some_and(is_last) {
+            return Ok(stop);
+        }
+        damper.ease();
     }
 }
 
@@ -159,6 +159,16 @@ struct Taken {
     predicted: f64,
     /// Could longer ones not be evaluated?
     cut_short: bool,
+}
+
+/// Part of the predicted gain below which a step is one that the model misjudged.
+const MISJUDGED: f64 = 0.25;
+
+impl Taken {
+    /// An undamped step has no shorter one after it.
+    fn is_misjudged(&self, gained: f64) -> bool {
+        self.lambda > 0.0 && gained < MISJUDGED * self.predicted
+    }
 }
 
 /// A step that was tried.
@@ -193,10 +203,25 @@ struct Fit<'a, P: ?Sized> {
 
 impl<'a, P: LeastSquares + ?Sized> Fit<'a, P> {
     /// Evaluates the starting point.
-    fn start(&mut self) -> Result<(), GaussNewtonFailure<P::Error>> {
-        evaluate(self.problem, self.theta, &mut self.r, self.info)?;
-        self.measure();
-        Ok(())
+    fn start(
+        problem: &'a mut P,
+        theta: &'a mut [f64],
+        params: &'a GaussNewtonParams,
+        info: &'a mut GaussNewtonInfo,
+    ) -> Result<Self, GaussNewtonFailure<P::Error>> {
+        let m = problem.residuals();
+        let mut r = vec![0.0; m];
+        evaluate(problem, theta, &mut r, info)?;
+        let mut fit = Self {
+            problem,
+            theta,
+            params,
+            info,
+            r,
+            trial_r: vec![0.0; m],
+        };
+        fit.measure();
+        Ok(fit)
     }
 
     fn measure(&mut self) {

@@ -183,3 +183,31 @@ fn a_residual_is_the_root_mean_square_of_its_groups() {
     assert!((theta[0] - 1.0).abs() < 1.1e-9, "{theta:?} {info:?}");
     assert!(info.residual_evaluations <= 2, "{info:?}");
 }
+
+/// r = 1 + cos θ from 0.3: the first step lands at 5.95, almost as high on the other side, where the model
+/// saw the bottom. That gain of 0.01 is no end; the bottom is at π.
+#[test]
+fn a_step_that_gains_far_less_than_was_predicted_is_no_end() {
+    let mut problem = Problem {
+        m: 1,
+        n: 1,
+        r: |theta: &[f64], r: &mut [f64]| {
+            r[0] = 1.0 + theta[0].cos();
+            Ok(())
+        },
+        j: |theta: &[f64], j: &mut [f64]| j[0] = -theta[0].sin(),
+    };
+    let params = GaussNewtonParams {
+        damping: Damping::Marquardt { initial: 0.171 },
+        residual_change: 0.05,
+        ..GaussNewtonParams::default()
+    };
+    let (mut theta, mut residuals) = ([0.3], Vec::new());
+    let info = gauss_newton_observed(&mut problem, &mut theta, &params, &mut |i| {
+        residuals.push(i.residual);
+    })
+    .unwrap();
+    assert!((residuals[0] - residuals[1]).abs() < 0.05, "{residuals:?}");
+    assert!(info.residual < 0.2, "{theta:?} {residuals:?}");
+    assert_eq!(info.stop, GaussNewtonStop::ResidualChange);
+}

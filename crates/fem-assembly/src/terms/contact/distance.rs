@@ -1,6 +1,6 @@
 //! The signed distance of a triangle surface, sampled on a grid and twice continuously differentiable.
 
-use super::geometry::{Point, norm};
+use super::geometry::{Aabb, Point, norm};
 use super::solid::Solid;
 use crate::error::AssemblyError;
 use fem_kinematics::Mat;
@@ -12,6 +12,8 @@ const MOST_SAMPLES: f64 = 6.4e7;
 /// Neighbors on both sides of a face at right angles to the grid have distances that add up to the
 /// spacing but for rounding.
 const ROUNDED: f64 = 1.001;
+/// Size of the triangles that close holes, in spacings: what they follow is smooth.
+const LID: f64 = 2.0;
 /// Room for rounding in how far a node can be.
 const FARTHER: f64 = 1.0 + 1e-9;
 
@@ -21,7 +23,8 @@ const FARTHER: f64 = 1.0 + 1e-9;
 /// quasi-interpolant c = (−f₋₁ + 8 f₀ − f₊₁)/6 along each axis, which reproduces cubics: φ is twice
 /// continuously differentiable, and its error is of fourth order in the spacing where the surface is
 /// smooth, a tenth of the spacing at edges. Inside is where the surface goes round more than half
-/// (parts may overlap); holes are closed by fans.
+/// (parts may overlap). Holes are closed where the open surface goes round a half, which is the plane of
+/// a plane hole: inside is what a winding number of the open surface above a half says, with a distance.
 ///
 /// ```
 /// use fem_assembly::SampledDistance;
@@ -94,19 +97,11 @@ impl SampledDistance {
             let what = "point of a surface";
             return Err(AssemblyError::NotFinite { what, index });
         }
-        let whole = Solid::new(points, triangles);
-        let around = whole.bounds().grown(reach + 3.0 * spacing);
-        let lengths: Point =
-            std::array::from_fn(|i| ((around.high[i] - around.low[i]) / spacing).ceil());
-        let samples: f64 = lengths.iter().map(|l| l + 1.0).product();
-        if !(samples < MOST_SAMPLES) {
-            let what = "the number of samples of a distance (below 6.4e7; choose a wider spacing)";
-            return Err(AssemblyError::UnusableContact {
-                what,
-                value: samples,
-            });
-        }
-        // Even beyond both ends, so that the mirror image of a surface has that of its distances.
+        let named = || triangles.as_flattened().iter().map(|&n| points[n as usize]);
+        cells(Aabb::around(named()), spacing, reach)?;
+        let whole = Solid::new(points, triangles, LID * spacing);
+        let (around, lengths) = cells(whole.bounds(), spacing, reach)?;
+        // Even beyond both ends, so that the mirror image of a closed surface has that of its distances.
         let origin = |i: usize| 0.5 * (around.low[i] + around.high[i] - spacing * lengths[i]);
         let grid = Self {
             origin: std::array::from_fn(origin),
@@ -167,15 +162,13 @@ impl SampledDistance {
 
     /// φ at the nodes.
     fn sampled(&self, whole: &Solid) -> Vec<f64> {
-        let outer = whole.outer(0.02 * self.spacing);
+        let [outer, idle] = whole.parted(0.02 * self.spacing);
         let count: usize = self.size.iter().product();
         let distances = self.distances(&outer);
-        // What is left out may leave gaps: sides are told apart by all triangles.
-        let to_any = if outer.is_as_large_as(whole) {
-            distances.clone()
-        } else {
-            self.distances(whole)
-        };
+        // What separates nothing closes gaps: sides are told apart by all triangles.
+        let to_any: Vec<f64> = map((0..count).collect(), |k: usize| {
+            idle.distance_below(self.node(k), distances[k])
+        });
         let groups = self.groups(&to_any);
         let inside = |k: usize| groups[k] == k as u32 && whole.winding(self.node(k)) > 0.5;
         let inside: Vec<bool> = map((0..count).collect(), inside);
@@ -309,6 +302,22 @@ impl SampledDistance {
             hessian: Mat([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).scale(1.0 / square),
         })
     }
+}
+
+/// What is sampled around a surface, and its cells along each axis.
+fn cells(surface: Aabb, spacing: f64, reach: f64) -> Result<(Aabb, Point), AssemblyError> {
+    let around = surface.grown(reach + 3.0 * spacing);
+    let lengths: Point =
+        std::array::from_fn(|i| ((around.high[i] - around.low[i]) / spacing).ceil());
+    let samples: f64 = lengths.iter().map(|l| l + 1.0).product();
+    if !(samples < MOST_SAMPLES) {
+        let what = "the number of samples of a distance (below 6.4e7; choose a wider spacing)";
+        return Err(AssemblyError::UnusableContact {
+            what,
+            value: samples,
+        });
+    }
+    Ok((around, lengths))
 }
 
 /// The four cubic B-splines that are not 0 at t of a cell, with first and second derivatives.

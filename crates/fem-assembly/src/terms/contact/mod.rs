@@ -6,6 +6,7 @@ mod distance;
 mod flesh;
 mod frame;
 mod geometry;
+mod lids;
 mod measures;
 mod pair;
 mod params;

@@ -34,7 +34,9 @@ pub enum RigidSurface {
 pub struct RigidContactParams {
     /// d̂: the gap below which it pushes, meters; less where flesh is nearer at rest.
     pub activation: f64,
-    /// The pressure at touch, pascals; four times that at a depth of d̂.
+    /// The pressure at touch, pascals, and four times that at a depth of d̂, for flesh that has d̂ of room at
+    /// rest. With less room it grows with depth as much faster, up to three times: flesh that touches at
+    /// rest feels this pressure d̂/3 deeper.
     pub pressure: f64,
     /// How much deeper than at rest a point may be, meters: beyond it the energy is +∞, so that no
     /// step leads through a thin solid. ∞ for starts from deep inside; a point that starts past the
@@ -73,9 +75,9 @@ impl Default for RigidContactParams {
 /// Rigid solids, fixed or moved with one bone, that push points of the flesh out.
 ///
 /// E = Σ p̂ A ℓ/3 ((d − g)/ℓ)³ over solids and points with a gap g = φ(X) < d, where X is where the point would
-/// be at rest if it moved with the bone ([`RigidFrame`]), ℓ = d̂ and d = min(d̂, g at rest): nothing
-/// pushes at rest, not even where flesh lies inside the solid (g < 0) there. Twice continuously
-/// differentiable where φ is. The bone's nodes are part of the stencils, so a motion of the bone acts
+/// be at rest if it moved with the bone ([`RigidFrame`]), d = min(d̂, g at rest) and ℓ = max(d, d̂/3): nothing
+/// pushes at rest, not even where flesh lies inside the solid (g < 0) there, and what has d̂/3 of room
+/// or more is pushed with p̂ at touch. Twice continuously differentiable where φ is. The bone's nodes are part of the stencils, so a motion of the bone acts
 /// on the flesh through them, and derivatives by it need nothing else.
 ///
 /// A projection acts on what couples the flesh and leaves out what couples it with the bone's nodes.
@@ -105,10 +107,14 @@ struct Clear {
 struct Nearness {
     /// d.
     distance: f64,
+    /// ℓ.
+    length: f64,
     /// How far around its place at rest the solid cannot push the point.
     clear: f64,
 }
 
+/// The least length over which the pressure grows, in d̂.
+const SHORTEST: f64 = 1.0 / 3.0;
 /// Room for rounding in what is clear.
 const CLEARLY: f64 = 1.0 - 1e-9;
 
@@ -198,7 +204,12 @@ impl RigidContact {
             let of = |surface: &RigidSurface| {
                 let distance = params.activation.min(surface.distance(center));
                 let clear = CLEARLY * surface.clear_way(center, distance);
-                Nearness { distance, clear }
+                let length = distance.max(SHORTEST * params.activation);
+                Nearness {
+                    distance,
+                    length,
+                    clear,
+                }
             };
             let first = nearness.len();
             nearness.extend(surfaces.iter().map(of));
@@ -266,7 +277,7 @@ impl RigidContact {
     fn felt(&self, s: usize, x: [f64; 3]) -> impl Iterator<Item = (&RigidSurface, &Nearness, f64)> {
         self.reachable(s, x, 0.0)
             .filter_map(move |(surface, near)| {
-                let lack = (near.distance - surface.distance(x)) / self.params.activation;
+                let lack = (near.distance - surface.distance(x)) / near.length;
                 (!(lack <= 0.0)).then_some((surface, near, lack))
             })
     }
@@ -277,15 +288,10 @@ impl RigidContact {
     }
 
     fn energy_of(&self, s: usize, near: &Nearness, lack: f64) -> f64 {
-        let RigidContactParams {
-            activation,
-            pressure,
-            ..
-        } = self.params;
-        if near.distance - activation * lack < self.least_gap(near) {
+        if near.distance - near.length * lack < self.least_gap(near) {
             return f64::INFINITY;
         }
-        pressure * self.points[s].area * activation / 3.0 * lack * lack * lack
+        self.params.pressure * self.points[s].area * near.length / 3.0 * lack * lack * lack
     }
 
     /// The t up to which a point that starts at x (at rest) and moves by `way` does not come too deep;
@@ -326,17 +332,12 @@ impl RigidContact {
         s: usize,
     ) -> impl Iterator<Item = Pressed> + 'a {
         let x = placed.at_rest(self.points[s].position(positions));
-        let RigidContactParams {
-            activation,
-            pressure,
-            ..
-        } = self.params;
-        let force = pressure * self.points[s].area;
+        let force = self.params.pressure * self.points[s].area;
         self.felt(s, x).filter_map(move |(surface, near, lack)| {
             Some(Pressed {
                 energy: self.energy_of(s, near, lack),
                 slope: -force * lack * lack,
-                stiffness: 2.0 * force * lack / activation,
+                stiffness: 2.0 * force * lack / near.length,
                 jet: surface.jet(x)?,
                 bone: placed.barycentric(x).map(|b| -b),
             })

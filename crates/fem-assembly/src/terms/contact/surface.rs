@@ -97,7 +97,7 @@ impl Surface {
             Carrier::Points(_) => 1.5,
         };
         // A corner of a face sees nothing of it.
-        let whole = Solid::new(mesh.nodes(), &faces);
+        let whole = Solid::new(mesh.nodes(), &faces, f64::INFINITY);
         let winding = |&vertex: &u32| whole.winding(self.rest[vertex as usize]);
         let windings: Vec<f64> = map(self.points.iter().collect(), winding);
         for (&vertex, winding) in self.points.iter().zip(windings) {
