@@ -61,7 +61,7 @@ pub enum ShapeSpec {
     },
 }
 
-/// A surface with a box around it and what is drawn of it, as in [`Solid`].
+/// A surface with a box around it and what is drawn of it, as a solid has them.
 pub(super) struct Shape {
     pub surface: RigidSurface,
     pub bounds: [[f64; 3]; 2],
