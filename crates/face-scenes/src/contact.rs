@@ -108,7 +108,8 @@ pub(super) fn load(
     spec: &ContactSpec,
     skin: &SkinOf,
 ) -> Result<Contact, SceneError> {
-    let params = Numbers::of(spec).over(place, "contact", RigidContactParams::default())?;
+    let said = [spec.activation, spec.pressure, spec.depth];
+    let params = pushing(place, "contact", said, RigidContactParams::default())?;
     let spacing = spec.spacing.map_or(1e-3, |v| v * place.scale);
     positive(place, "contact.spacing".into(), spacing)?;
     let mut solids = Vec::new();
@@ -118,7 +119,8 @@ pub(super) fn load(
             MovesWith::Cranium => Bone::Cranium,
             MovesWith::Jaw => Bone::Jaw,
         };
-        let params = Numbers::of_solid(solid).over(place, &field, params)?;
+        let said = [solid.activation, solid.pressure, solid.depth];
+        let params = pushing(place, &field, said, params)?;
         let shapes = shapes(place, &field, &solid.shape, spacing, params.activation)?;
         solids.extend(shapes.into_iter().map(|shape| Solid {
             surface: shape.surface,
@@ -136,50 +138,28 @@ pub(super) fn load(
     })
 }
 
-/// What a file says of how hard solids push; lengths in the scene's unit.
-struct Numbers {
-    activation: Option<f64>,
-    pressure: Option<f64>,
-    depth: Option<f64>,
-}
-
-impl Numbers {
-    fn of(spec: &ContactSpec) -> Self {
-        Self {
-            activation: spec.activation,
-            pressure: spec.pressure,
-            depth: spec.depth,
-        }
+/// Activation, pressure and depth that a file says, lengths in the scene's unit, and the `otherwise` of
+/// what it does not say.
+fn pushing(
+    place: &Place,
+    field: &str,
+    [activation, pressure, depth]: [Option<f64>; 3],
+    otherwise: RigidContactParams,
+) -> Result<RigidContactParams, SceneError> {
+    let length = |given: Option<f64>, otherwise| given.map_or(otherwise, |v| v * place.scale);
+    let params = RigidContactParams {
+        activation: length(activation, otherwise.activation),
+        pressure: pressure.unwrap_or(otherwise.pressure),
+        depth: length(depth, otherwise.depth),
+    };
+    for (name, value) in [
+        ("activation", params.activation),
+        ("pressure", params.pressure),
+        ("depth", params.depth),
+    ] {
+        positive(place, format!("{field}.{name}"), value)?;
     }
-    fn of_solid(spec: &SolidSpec) -> Self {
-        Self {
-            activation: spec.activation,
-            pressure: spec.pressure,
-            depth: spec.depth,
-        }
-    }
-    /// These, and the `otherwise` of what is not said.
-    fn over(
-        &self,
-        place: &Place,
-        field: &str,
-        otherwise: RigidContactParams,
-    ) -> Result<RigidContactParams, SceneError> {
-        let length = |given: Option<f64>, otherwise| given.map_or(otherwise, |v| v * place.scale);
-        let params = RigidContactParams {
-            activation: length(self.activation, otherwise.activation),
-            pressure: self.pressure.unwrap_or(otherwise.pressure),
-            depth: length(self.depth, otherwise.depth),
-        };
-        for (name, value) in [
-            ("activation", params.activation),
-            ("pressure", params.pressure),
-            ("depth", params.depth),
-        ] {
-            positive(place, format!("{field}.{name}"), value)?;
-        }
-        Ok(params)
-    }
+    Ok(params)
 }
 
 fn positive(place: &Place, field: String, value: f64) -> Result<(), SceneError> {
