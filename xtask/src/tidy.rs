@@ -27,7 +27,12 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     (
         "fem-catalog",
-        &["fem-materials", "fem-solvers", "fem-assembly"],
+        &[
+            "fem-kinematics",
+            "fem-materials",
+            "fem-solvers",
+            "fem-assembly",
+        ],
     ),
     (
         "face-scenes",

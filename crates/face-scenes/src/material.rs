@@ -6,8 +6,7 @@ use fem_assembly::{AssemblyBuilder, AssemblyError};
 use fem_kinematics::{Mat, cauchy_from_piola};
 use fem_materials::presets::{PRESETS, Preset, preset};
 use fem_materials::registry::{
-    ELASTIC_PAIRS, Entry, ModelError, Parameters, SolidVisitor, UseSolid, at_rest, for_each_solid,
-    with_solid,
+    ELASTIC_PAIRS, Entry, ModelError, Parameters, SolidVisitor, for_each_solid,
 };
 use fem_materials::{Lame, Material};
 use serde::de::Error as _;
@@ -37,17 +36,10 @@ impl NamedMaterial {
             parameters: texts.collect(),
         }
     }
-    /// Builds the model and hands it to `user`.
-    ///
-    /// # Errors
-    /// If no model has the name, or its parameters do not fit.
-    pub fn with<U: UseSolid>(&self, user: U) -> Result<U::Output, ModelError> {
-        with_solid(&self.model, &self.parameters, user)
-    }
     /// Gives the material to some elements.
     ///
     /// # Errors
-    /// As [`NamedMaterial::with`]; within, where an element does not exist.
+    /// If no model has the name, or its parameters do not fit; within, where an element does not exist.
     pub fn add_to(
         &self,
         builder: AssemblyBuilder<3>,
@@ -58,33 +50,20 @@ impl NamedMaterial {
     /// Lamé's parameters at rest, from the model itself.
     ///
     /// # Errors
-    /// As [`NamedMaterial::with`].
+    /// As [`NamedMaterial::add_to`].
     pub fn at_rest(&self) -> Result<Lame, ModelError> {
-        struct AtRest;
-        impl UseSolid for AtRest {
-            type Output = Lame;
-            fn call<M: Material<3> + 'static>(self, model: M) -> Lame {
-                at_rest(&model)
-            }
-        }
-        self.with(AtRest)
+        fem_catalog::at_rest(&self.model, &self.parameters)
     }
     /// Equivalent stress of von Mises, √(3/2) |dev σ| with σ = P Fᵀ / J, pascals: 0 where F is a
     /// rotation times a number.
     ///
     /// # Errors
-    /// As [`NamedMaterial::with`].
+    /// As [`NamedMaterial::add_to`].
     pub fn von_mises_stress(&self, deformation_gradient: &Mat<f64, 3>) -> Result<f64, ModelError> {
-        struct At<'a>(&'a Mat<f64, 3>);
-        impl UseSolid for At<'_> {
-            type Output = f64;
-            fn call<M: Material<3> + 'static>(self, model: M) -> f64 {
-                let sigma = cauchy_from_piola(self.0, &model.stress(self.0));
-                let deviator = sigma - Mat::identity().scale(sigma.trace() / 3.0);
-                (1.5 * deviator.dot(&deviator)).sqrt()
-            }
-        }
-        self.with(At(deformation_gradient))
+        let piola = fem_catalog::stress(&self.model, &self.parameters, deformation_gradient)?;
+        let sigma = cauchy_from_piola(deformation_gradient, &piola);
+        let deviator = sigma - Mat::identity().scale(sigma.trace() / 3.0);
+        Ok((1.5 * deviator.dot(&deviator)).sqrt())
     }
 }
 

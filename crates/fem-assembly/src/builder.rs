@@ -116,13 +116,17 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
     /// When a stencil names a node that does not exist, or one twice; when there are more than 2³²
     /// stencils.
     pub fn term(self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
+        self.boxed(Box::new(term))
+    }
+
+    fn boxed(self, term: Box<dyn Term<D>>) -> Result<Self, AssemblyError> {
         match self.change {
-            Some(control) => self.summand(Scaled::changed_by(term, control)?),
+            Some(control) => self.summand(Box::new(Scaled::changed_by(term, control)?)),
             None => self.summand(term),
         }
     }
 
-    fn summand(mut self, term: impl Term<D> + 'static) -> Result<Self, AssemblyError> {
+    fn summand(mut self, term: Box<dyn Term<D>>) -> Result<Self, AssemblyError> {
         let stencils = term.stencils();
         stencils.check(self.summands.len(), self.rest.len())?;
         if let (count, Some(node)) = (self.rest.len(), term.nodes().checked_sub(1))
@@ -141,7 +145,7 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             cost: term.cost(),
             felt: 0,
             idle: Vec::new(),
-            term: Box::new(term),
+            term,
             stencils,
             first_energy,
         });

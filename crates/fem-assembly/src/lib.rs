@@ -31,6 +31,7 @@
 
 mod active;
 mod assembly;
+mod boxed;
 mod builder;
 mod checked;
 mod configuration;

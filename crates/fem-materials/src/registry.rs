@@ -3,11 +3,14 @@
 //! [`with_solid`] builds any model of solids and hands it, with its own type, to a [`UseSolid`].
 
 mod known;
+mod recipe;
 
 pub use known::KnownParameters;
 
+use recipe::Recipe;
+
 use crate::models::register_all;
-use crate::{Lame, LameError, Material, Space};
+use crate::{Lame, LameError, Material};
 use fem_kinematics::Mat;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -112,7 +115,7 @@ pub(crate) fn mu_and_lambda_plus_mu(lame: Lame) -> Vec<(&'static str, f64)> {
 impl<M> Entry<M> {
     /// Is this one of the model's names?
     pub fn is(&self, name: &str) -> bool {
-        self.name == name || self.aliases.contains(&name)
+        self.recipe().is(name)
     }
     /// The model with the given parameters, its own or a pair of [`ELASTIC_PAIRS`] for some.
     ///
@@ -120,89 +123,23 @@ impl<M> Entry<M> {
     /// A parameter that the model does not have, one that is missing, one that is no number or
     /// lies outside its range.
     pub fn build(&self, parameters: &Parameters) -> Result<M, ParameterError> {
-        let elastic = self.without_elastic_pair(parameters)?;
-        let parameters = elastic.as_ref().unwrap_or(parameters);
-        let mut own = Parameters::default();
-        for (name, text) in &parameters.0 {
-            let Some(parameter) = self.parameters.iter().find(|p| p.is(name)) else {
-                return Err(ParameterError::Unknown {
-                    model: self.name,
-                    name: name.clone(),
-                    known: Box::new(self.known()),
-                });
-            };
-            if own.0.insert(parameter.name.into(), text.clone()).is_some() {
-                return Err(ParameterError::Twice {
-                    name: parameter.name,
-                });
-            }
-        }
-        (self.from_parameters)(&own)
+        (self.from_parameters)(&self.recipe().own_parameters(parameters)?)
     }
     /// The default value of every parameter.
     pub fn defaults(&self) -> Parameters {
-        self.parameters
-            .iter()
-            .map(|p| (p.name, p.default))
-            .collect()
+        self.recipe().defaults()
     }
     /// The parameters, and the elastic pairs that may stand for some of them.
     pub fn known(&self) -> KnownParameters {
-        let replaced = self.elastic.map_or_else(Vec::new, |elastic| {
-            elastic(Lame {
-                mu: 1.0,
-                lambda: 1.0,
-            })
-        });
-        KnownParameters {
-            own: self.parameters,
-            replaced: replaced.into_iter().map(|(name, _)| name).collect(),
-            pairs: self.elastic_pairs().collect(),
-        }
+        self.recipe().known()
     }
-
-    /// The pairs that cannot be mistaken for parameters of the model's own.
-    fn elastic_pairs(&self) -> impl Iterator<Item = &'static [Parameter; 2]> {
-        let own = |p: &Parameter| self.parameters.iter().any(|q| q.is(p.name));
-        ELASTIC_PAIRS
-            .iter()
-            .filter(move |[a, b]| self.elastic.is_some() && !(own(a) && own(b)))
-    }
-
-    /// The model's own parameters where `given` has an elastic pair.
-    fn without_elastic_pair(
-        &self,
-        given: &Parameters,
-    ) -> Result<Option<Parameters>, ParameterError> {
-        let both = |[a, b]: &&[Parameter; 2]| [a, b].iter().all(|p| given.0.contains_key(p.name));
-        let pairs = || self.elastic_pairs().find(both);
-        let (Some(elastic), Some([a, b])) = (self.elastic, pairs()) else {
-            return Ok(None);
-        };
-        let (first, second) = (given.number(a.name)?, given.number(b.name)?);
-        let lame = match a.name {
-            "young" => Lame::from_young_poisson(first, second, Space::Solid),
-            "lambda" => Lame::new(second, first, Space::Solid),
-            _ => Lame::from_bulk_shear(first, second, Space::Solid),
-        };
-        let lame = lame.map_err(|error| {
-            ParameterError::Elastic(LameError {
-                first_name: a.name,
-                first,
-                second_name: b.name,
-                second,
-                ..error
-            })
-        })?;
-        let mut own = given.clone();
-        own.0.remove(a.name);
-        own.0.remove(b.name);
-        for (name, value) in elastic(lame) {
-            if own.0.insert(name.into(), value.to_string()).is_some() {
-                return Err(ParameterError::Twice { name });
-            }
+    fn recipe(&self) -> Recipe {
+        Recipe {
+            name: self.name,
+            aliases: self.aliases,
+            parameters: self.parameters,
+            elastic: self.elastic,
         }
-        Ok(Some(own))
     }
 }
 
