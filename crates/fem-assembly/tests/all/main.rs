@@ -1,6 +1,7 @@
 //! One program: kernels of a model are compiled once for all tests that use it.
 
 mod active;
+mod auto;
 mod carried_contact;
 mod contact;
 mod derivatives;

@@ -27,8 +27,11 @@ pub enum LinearSolver {
     /// Dense QR: the least-squares solution of `K dx = −g` (document 000, section 5.1), of small systems only.
     QrLeastSquares,
     /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0) until
-    /// one step takes as many operations as a factorization, from then on, for the life of the
-    /// solver, [`DirectSingle`](Self::DirectSingle). The choice rests on counts, not on clocks.
+    /// their steps have shown that a multigrid hierarchy would have paid for itself, from then on that, where
+    /// the [near kernel](super::NonlinearProblem::near_kernel) is a body's; for other problems, and where it
+    /// does not serve, once a step takes as many operations as a factorization,
+    /// [`DirectSingle`](Self::DirectSingle). Every choice holds for the life of the solver and rests on
+    /// counts, not on clocks.
     Auto,
 }
 

@@ -5,6 +5,7 @@ mod dense_qr;
 mod direct;
 mod multigrid;
 mod pcg;
+mod rigid;
 mod single;
 
 pub use multigrid::MultigridDirection;

@@ -32,12 +32,12 @@ const MOST: usize = 1_000;
 pub(crate) const FLOPS_PER_BYTE: f64 = 4.0;
 /// Bytes that a cycle and an iteration move, over those of the matrix: four products on levels half
 /// again as large as the finest, one with the matrix itself, prolongators and vectors.
-const BYTES_PER_ITERATION: f64 = 8.0;
+pub(super) const BYTES_PER_ITERATION: f64 = 8.0;
 /// A usual step: about ten iterations' worth of setup, and fifteen iterations.
 const USUAL_STEP: f64 = 25.0;
-/// An old hierarchy may take this many more iterations than it did when it was new: new values cost
-/// about as much as ten iterations.
-const SPARE: f64 = 10.0;
+/// New values cost about as much as ten iterations: an old hierarchy may take this many more than it did
+/// when it was new.
+pub(super) const RENEWAL: f64 = 10.0;
 /// Part of a digit by which a step is measured at least: the first iterations find the most.
 const FEWEST_DIGITS: f64 = -1.0;
 /// Growth of the iterations from which on aggregates are looked for again.
@@ -87,6 +87,11 @@ impl<const D: usize, const K: usize> MultigridDirection<D, K> {
     }
 }
 
+/// Decimal digits that a step's forcing asks of the residual.
+pub(super) fn digits(forcing: f64) -> f64 {
+    -forcing.log10().min(FEWEST_DIGITS)
+}
+
 fn iterations_of_a_factorization<const D: usize>(symbolic: &SymbolicCholesky<D>) -> f64 {
     symbolic.flops() / (FLOPS_PER_BYTE * bytes_of_an_iteration(symbolic))
 }
@@ -110,10 +115,10 @@ impl<const D: usize, const K: usize> DescentDirection<D> for MultigridDirection<
         let budget = (worth as usize).clamp(FEWEST, MOST);
         let matrix = system.tangent.assembled()?;
         let forcing = system.forcing;
-        let digits = -forcing.log10().min(FEWEST_DIGITS);
+        let digits = digits(forcing);
         let mut done = Descent::iterated(DescentOutcome::TooSlow, 0);
         if let Some(old) = self.multigrid.as_ref().filter(|old| old.fits(matrix)) {
-            let budget = (self.rate * digits + SPARE) as usize;
+            let budget = (self.rate * digits + RENEWAL) as usize;
             done = iterate(system, old, forcing, budget, dx)?;
             if done.outcome != DescentOutcome::TooSlow {
                 return Ok(done);
