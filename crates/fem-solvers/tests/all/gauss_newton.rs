@@ -1,8 +1,9 @@
 //! Nonlinear least squares against known optima.
 
+use crate::fit_promise::{gauss_newton, gauss_newton_observed};
 use fem_solvers::{
     Bounds, Damping, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop, LeastSquares, Loss,
-    Prior, StepMethod, gauss_newton, gauss_newton_observed,
+    Prior, StepMethod,
 };
 
 /// A problem from two closures; fails on demand.

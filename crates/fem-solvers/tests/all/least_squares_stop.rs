@@ -1,9 +1,9 @@
 //! Where least squares may end.
 
+use crate::fit_promise::{gauss_newton, gauss_newton_observed};
 use crate::gauss_newton::{Problem, exponential, linear};
 use fem_solvers::{
     Bounds, Damping, GaussNewtonFailure, GaussNewtonParams, GaussNewtonStop, LeastSquares,
-    gauss_newton, gauss_newton_observed,
 };
 
 #[test]

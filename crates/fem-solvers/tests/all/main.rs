@@ -3,6 +3,7 @@ mod absent;
 mod cholesky;
 mod common;
 mod continuation;
+mod fit_promise;
 mod gauss_newton;
 mod incomplete;
 mod least_squares_stop;
