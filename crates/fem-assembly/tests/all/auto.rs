@@ -4,7 +4,11 @@ use crate::promise::Newton;
 use fem_assembly::mesh::kuhn_grid;
 use fem_assembly::{Assembly, AssemblyBuilder, Dofs, Quasistatic};
 use fem_materials::NeoHookean;
-use fem_solvers::{LinearSolver, NewtonInfo, NewtonParams, PreconditionerChoice};
+use fem_solvers::{
+    BlockPattern, BlockSymmetric, HessianProjection, LinearSolver, MultigridDirection, NearKernel,
+    NewtonInfo, NewtonParams, NonlinearProblem, PreconditionerChoice, SymbolicCholesky,
+};
+use std::sync::Arc;
 
 const LENGTH: f64 = 4.0;
 const INCOMPLETE: LinearSolver = LinearSolver::Pcg {
@@ -54,16 +58,24 @@ impl Bar {
         }
     }
 
+    fn problem(&self) -> Quasistatic<'_, 3> {
+        Quasistatic::new(&self.assembly, self.start.clone(), vec![]).unwrap()
+    }
+
     fn solve(&self, linear_solver: LinearSolver) -> NewtonInfo {
-        let problem = Quasistatic::new(&self.assembly, self.start.clone(), vec![]).unwrap();
-        let settings = NewtonParams {
-            relative_gradient_tolerance: 1e-8,
-            linear_solver,
-            ..NewtonParams::default()
-        };
+        let problem = self.problem();
+        let settings = settings(linear_solver);
         Newton::new(&problem)
             .solve(&problem, &mut problem.unknowns(), &settings)
             .unwrap()
+    }
+}
+
+fn settings(linear_solver: LinearSolver) -> NewtonParams {
+    NewtonParams {
+        relative_gradient_tolerance: 1e-8,
+        linear_solver,
+        ..NewtonParams::default()
     }
 }
 
@@ -81,9 +93,62 @@ fn a_bent_bar_goes_on_by_multigrid() {
 /// A twisted one takes it 40: less than a hierarchy costs.
 #[test]
 fn a_twisted_bar_keeps_its_incomplete_factor() {
-    let bar = Bar::new(10, false);
+    let bar = Bar::new(18, false);
+    let symbolic = SymbolicCholesky::new(&bar.problem().pattern().unwrap());
+    assert!(MultigridDirection::<3, 6>::is_cheaper_than(&symbolic, 1.0));
     let (auto, incomplete) = (bar.solve(LinearSolver::Auto), bar.solve(INCOMPLETE));
     assert_eq!((auto.factorizations, incomplete.factorizations), (0, 0));
     assert_eq!(auto.linear_iterations, incomplete.linear_iterations);
     assert_eq!(auto.energy, incomplete.energy);
+}
+
+/// A problem with another near kernel.
+struct Near<'a>(Quasistatic<'a, 3>, fn(usize) -> NearKernel);
+
+impl NonlinearProblem<3> for Near<'_> {
+    fn blocks(&self) -> usize {
+        self.0.blocks()
+    }
+    fn pattern(&self) -> Option<Arc<BlockPattern>> {
+        self.0.pattern()
+    }
+    fn energy(&self, x: &[f64]) -> f64 {
+        self.0.energy(x)
+    }
+    fn gradient(&self, x: &[f64], g: &mut [f64]) {
+        self.0.gradient(x, g);
+    }
+    fn hessian(&self, x: &[f64], projection: HessianProjection, out: &mut BlockSymmetric<3>) {
+        self.0.hessian(x, projection, out);
+    }
+    fn largest_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        self.0.largest_step(x, dx)
+    }
+    fn near_kernel(&self, _x: &[f64]) -> NearKernel {
+        self.1(self.0.blocks())
+    }
+}
+
+/// A near kernel of the wrong length is met when a hierarchy is to be made of it: a factor takes over.
+/// Constants are no body's: the incomplete factor stays.
+#[test]
+fn a_near_kernel_of_no_body_ends_no_solve() {
+    let bar = Bar::new(12, true);
+    let solve = |near, linear_solver| {
+        let (problem, mut x) = (Near(bar.problem(), near), bar.problem().unknowns());
+        let settings = NewtonParams {
+            relative_gradient_tolerance: 1e-11,
+            ..settings(linear_solver)
+        };
+        fem_solvers::Newton::new(&problem)
+            .solve(&problem, &mut x, &settings)
+            .unwrap()
+    };
+    let constants = solve(NearKernel::constants::<3>, LinearSolver::Auto);
+    let expected = solve(NearKernel::constants::<3>, INCOMPLETE);
+    assert_eq!(constants.linear_iterations, expected.linear_iterations);
+    assert_eq!(constants.energy, expected.energy);
+    let short = solve(|_| NearKernel::new(vec![vec![1.0]; 6]), LinearSolver::Auto);
+    assert!(short.factorizations > 0, "{short:?}");
+    assert!((short.energy - expected.energy).abs() < 1e-9 * expected.energy);
 }

@@ -7,6 +7,7 @@ mod multigrid;
 mod pcg;
 mod rigid;
 mod single;
+mod thrifty;
 
 pub use multigrid::MultigridDirection;
 pub(crate) use multigrid::{FLOPS_PER_BYTE, bytes_of_an_iteration};

@@ -62,7 +62,7 @@ impl<const D: usize, const K: usize> MultigridDirection<D, K> {
     /// Whether this many usual steps move fewer bytes than a factorization takes flops over four; counts,
     /// not clocks, so that a run can be repeated bit by bit.
     pub fn is_cheaper_than(symbolic: &SymbolicCholesky<D>, steps: f64) -> bool {
-        steps * USUAL_STEP < iterations_of_a_factorization(symbolic)
+        is_cheaper_than(symbolic, steps)
     }
 
     /// New values, and new aggregates where there are none. `false` where the matrix is not positive definite.
@@ -85,6 +85,11 @@ impl<const D: usize, const K: usize> MultigridDirection<D, K> {
             Err(error) => Err(error.into()),
         }
     }
+}
+
+/// [`MultigridDirection::is_cheaper_than`], which no near kernel changes.
+pub(super) fn is_cheaper_than<const D: usize>(symbolic: &SymbolicCholesky<D>, steps: f64) -> bool {
+    steps * USUAL_STEP < iterations_of_a_factorization(symbolic)
 }
 
 /// Decimal digits that a step's forcing asks of the residual.
