@@ -14,6 +14,10 @@
 //! assert_eq!(builder.build()?.dofs().free_nodes(), 4);
 //! let lame = fem_catalog::at_rest("neo_hookean", &parameters)?;
 //! assert!((lame.mu - 3e4 / 2.9).abs() < 1e-9);
+//! let F = fem_kinematics::Mat([[1.1, 0.2, 0.0], [0.0, 0.9, 0.1], [0.0, 0.0, 1.0]]);
+//! let flesh = fem_materials::NeoHookean { mu: lame.mu, lambda: lame.lambda };
+//! let off = fem_catalog::stress("neo_hookean", &parameters, &F)? - fem_materials::Material::stress(&flesh, &F);
+//! assert!(off.norm_squared() < 1e-15);
 //! assert!(fem_catalog::region(AssemblyBuilder::new(&mesh, Dofs::with_prescribed_nodes(mesh.nodes(), &[0])?)?,
 //!     &[0], "neo_hukean", &parameters).is_err());
 //! # Ok::<(), Box<dyn std::error::Error>>(())

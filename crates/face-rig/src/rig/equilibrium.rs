@@ -56,7 +56,8 @@ pub struct RigParams {
     /// An equilibrium with an element inside out that has a free node is none.
     pub refuses_inverted: bool,
     /// Whether equilibria are found with conjugate gradients on a multigrid hierarchy in place of
-    /// [`NewtonParams::linear_solver`], and derivatives in place of a factor.
+    /// [`NewtonParams::linear_solver`] (which may come to one by itself:
+    /// [`LinearSolver::Auto`]), and derivatives in place of a factor.
     pub multigrid: MultigridUse,
     /// How exact derivatives by conjugate gradients are: the error of each solution dz or λ of K dz = f, in
     /// the norm of the stiffness K, over its own norm; not used with a factor. A number that is observed

@@ -26,11 +26,11 @@ pub enum LinearSolver {
     },
     /// Dense QR: the least-squares solution of `K dx = −g` (document 000, section 5.1), of small systems only.
     QrLeastSquares,
-    /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0) until
-    /// their steps have shown that a multigrid hierarchy would have paid for itself, from then on that, where
-    /// the [near kernel](super::NonlinearProblem::near_kernel) is a body's; for other problems, and where it
-    /// does not serve, once a step takes as many operations as a factorization,
-    /// [`DirectSingle`](Self::DirectSingle). Every choice holds for the life of the solver and rests on
+    /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0), from
+    /// which a solid ([`near_kernel`](super::NonlinearProblem::near_kernel)) goes on to a multigrid
+    /// hierarchy, where that is cheaper than a factorization, once its steps have lost as much as a first
+    /// hierarchy costs; [`DirectSingle`](Self::DirectSingle) once a step takes as many operations as a
+    /// factorization. What is chosen is remembered as long as the pattern of the matrix stays, and rests on
     /// counts, not on clocks.
     Auto,
 }
