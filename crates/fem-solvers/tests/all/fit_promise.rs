@@ -8,8 +8,8 @@ use fem_solvers::{
 use nalgebra::{DMatrix, DVector};
 use std::fmt::Debug;
 
-/// A last step that gains little leaves less than this many times as much where each step leaves at most
-/// three quarters of what the one before it left.
+/// A last step that gains little leaves this many times as much where each step leaves four fifths of what
+/// was left before it.
 const SLOWEST: f64 = 4.0;
 /// Differences of cost below this share of it are rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;

@@ -1,6 +1,7 @@
 //! Least squares whose steps cannot all be evaluated.
 
-use fem_solvers::{GaussNewtonFailure, GaussNewtonParams, LeastSquares, gauss_newton};
+use crate::fit_promise::gauss_newton;
+use fem_solvers::{GaussNewtonFailure, GaussNewtonParams, LeastSquares};
 
 /// r = θ − 1 from θ = 0, where only `reach` of the way can be evaluated.
 struct Walled {
