@@ -93,14 +93,19 @@ fn no_test_believes_a_solve() {
         assert!(all.len() > before, "nothing at {tested}");
     }
     for file in all {
-        // What checks; and a fit whose end is compared with another's, not believed.
-        let stand_ins = ["promise.rs", "fit_promise.rs", "scenes/fit.rs"];
-        if stand_ins.iter().any(|name| file.ends_with(name)) {
+        if ["promise.rs", "fit_promise.rs"]
+            .iter()
+            .any(|checks| file.ends_with(checks))
+        {
             continue;
         }
         let text = fs::read_to_string(&file).expect("readable");
         checked += usize::from(text.contains("promise::"));
-        let believed = believed(&text);
+        let mut believed = believed(&text);
+        // The end of this fit is compared with another's, whatever it calls itself.
+        let compared =
+            file.ends_with("workbench/src/scenes/fit.rs") && text.contains("let _ = gauss_newton(");
+        believed.retain(|what| !(compared && what == "gauss_newton"));
         assert!(
             believed.is_empty(),
             "{}: {believed:?} is not checked; take that of `promise`",

@@ -13,7 +13,7 @@ use crate::shape::{ElementShape, Linear, Quadratic};
 use crate::term::Term;
 use crate::terms::Scaled;
 use fem_materials::inversion::Threshold;
-use fem_solvers::Merit;
+use fem_solvers::{Merit, parallel};
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -273,16 +273,11 @@ impl<const D: usize, S: ElementShape<D>> AssemblyBuilder<D, S> {
             ..
         } = self;
         let pattern = plan::pattern(&dofs, &summands)?;
-        let chunks = plan::cut(&dofs, &summands)
-            .into_iter()
-            .map(|rows| {
-                let works = summands
-                    .iter()
-                    .map(|s| s.planned(&rows, &dofs, &pattern))
-                    .collect();
-                Chunk { rows, works }
-            })
-            .collect();
+        let chunks = parallel::map(plan::cut(&dofs, &summands), |rows| {
+            let planned = |s: &Summand<D>| s.planned(&rows, &dofs, &pattern);
+            let works = summands.iter().map(planned).collect();
+            Chunk { rows, works }
+        });
         let free = plan::free(&mut summands, &dofs);
         Ok(Assembly {
             free_pieces: plan::pieces(&summands, &free, true),

@@ -81,7 +81,7 @@ pub enum MultigridUse {
     WhereFarCheaper,
     /// Always, for want of memory: never a factor.
     Always,
-    /// Never.
+    /// Never, but where the linear solver of the settings comes to one.
     Never,
 }
 

@@ -133,19 +133,21 @@ fn inside(muscle: &Strips, p: [f64; 3]) -> Option<[f64; 3]> {
             let q = [p[0] - ends[0][0], p[1] - ends[0][1]];
             let t = (q[0] * d[0] + q[1] * d[1]) / (d[0] * d[0] + d[1] * d[1]);
             let s = t.clamp(0.0, 1.0);
-            let mut distance = (q[0] - s * d[0]).hypot(q[1] - s * d[1]);
+            let [x, y] = [q[0] - s * d[0], q[1] - s * d[1]];
+            let mut square = x * x + y * y;
             // Ends are flatter than round: past them distance counts twice.
             if (i == 0 && t < 0.0) || (i == last && t > 1.0) {
-                distance *= 2.0;
+                square *= 4.0;
             }
-            if distance < best.0 {
+            if square < best.0 {
                 let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-                best = (distance, ends[0][2] + s * d[2], d.map(|x| -x / length));
+                best = (square, ends[0][2] + s * d[2], d.map(|x| -x / length));
             }
         }
     }
-    let (distance, w, along) = best;
-    (distance < muscle.half_width && (p[2] - w).abs() < muscle.half_depth).then_some(along)
+    let (square, w, along) = best;
+    (square < muscle.half_width * muscle.half_width && (p[2] - w).abs() < muscle.half_depth)
+        .then_some(along)
 }
 
 /// The linear map from material coordinates to space in a tet.

@@ -27,11 +27,11 @@ pub enum LinearSolver {
     /// Dense QR: the least-squares solution of `K dx = −g` (document 000, section 5.1), of small systems only.
     QrLeastSquares,
     /// Small systems: [`Direct`](Self::Direct). Larger ones: conjugate gradients with block IC(0), from
-    /// which a solid ([`near_kernel`](super::NonlinearProblem::near_kernel)) goes on to a multigrid
+    /// which a solid in space ([`near_kernel`](super::NonlinearProblem::near_kernel)) goes on to a multigrid
     /// hierarchy, where that is cheaper than a factorization, once its steps have lost as much as a first
     /// hierarchy costs; [`DirectSingle`](Self::DirectSingle) once a step takes as many operations as a
-    /// factorization. What is chosen is remembered as long as the pattern of the matrix stays, and rests on
-    /// counts, not on clocks.
+    /// factorization. What is remembered of it goes with the pattern of the matrix, a hierarchy also with a
+    /// matrix that is indefinite. Every choice rests on counts, not on clocks.
     Auto,
 }
 

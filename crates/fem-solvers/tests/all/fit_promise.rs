@@ -50,6 +50,10 @@ fn kept<P: LeastSquares<Error: Debug>>(
     let (mut r, mut j) = (vec![0.0; m], vec![0.0; m * n]);
     problem.residual(theta, &mut r).unwrap();
     problem.jacobian(theta, &mut j).unwrap();
+    assert!(
+        r.iter().chain(&j).chain(theta).all(|v| v.is_finite()),
+        "{info:?}"
+    );
     let (mut r, mut j) = (DVector::from_vec(r), DMatrix::from_vec(m, n, j));
     let groups = m / params.group_size;
     let rms = (r.norm_squared() / groups.max(1) as f64).sqrt();
@@ -101,6 +105,7 @@ fn kept<P: LeastSquares<Error: Debug>>(
     let terms = (j.abs().transpose() * r.abs()).amax();
     let (gain, length) = best_step(&j.select_columns(&free), &r);
     let per_group = 2.0 * gain / groups.max(1) as f64;
+    // As the residual falls where no group is an outlier and no prior pulls: the solver's own measure.
     let drop = rms - (rms * rms - per_group).max(0.0).sqrt();
     let is_rounding = gain <= ROUNDING * cost;
     let is_kept = match info.stop {
@@ -153,4 +158,38 @@ fn best_step(j: &DMatrix<f64>, r: &DVector<f64>) -> (f64, f64) {
     let entries = d.iter().zip(&sizes).filter(|(_, size)| **size > 0.0);
     let length = entries.fold(0.0_f64, |most, (d, size)| most.max((d / size).abs()));
     (gain, length)
+}
+
+/// `r = θ − 3`.
+struct Line;
+
+impl LeastSquares for Line {
+    type Error = String;
+    fn residuals(&self) -> usize {
+        1
+    }
+    fn parameters(&self) -> usize {
+        1
+    }
+    fn residual(&mut self, theta: &[f64], r: &mut [f64]) -> Result<(), String> {
+        r[0] = theta[0] - 3.0;
+        Ok(())
+    }
+    fn jacobian(&mut self, _theta: &[f64], j: &mut [f64]) -> Result<(), String> {
+        j[0] = 1.0;
+        Ok(())
+    }
+}
+
+/// The end of a fit is believed at its end alone.
+#[test]
+#[should_panic(expected = "a step of 1e0 is left")]
+fn an_end_a_unit_away_is_none() {
+    let params = GaussNewtonParams::default();
+    let mut theta = [0.0];
+    let mut info = fem_solvers::gauss_newton(&mut Line, &mut theta, &params).unwrap();
+    kept(&mut Line, &theta, &params, &info);
+    theta[0] -= 1.0;
+    (info.cost, info.residual) = (0.5, 1.0);
+    kept(&mut Line, &theta, &params, &info);
 }

@@ -19,8 +19,8 @@ const FIRST_HIERARCHY: f64 = 25.0;
 
 /// With an incomplete factor, until the steps have moved so many bytes more than steps of multigrid would
 /// have that a first hierarchy would have been paid for; from then on by multigrid, where the near kernel is
-/// a body's. A matrix that a hierarchy calls indefinite is judged by an incomplete factor, which goes on from
-/// there: flesh on its way back from a wild start is no place for hierarchies.
+/// a body's, until it meets a matrix that is indefinite or of which `f32` makes no hierarchy. Then the count
+/// begins again: flesh on its way back from a wild start is no place for hierarchies.
 pub(super) struct Thrifty<const D: usize> {
     incomplete: PcgDirection<BlockIc0<D>>,
     /// Iterations that move as many bytes as a factorization takes flops over four.
@@ -93,20 +93,23 @@ impl<const D: usize> DescentDirection<D> for Thrifty<D> {
             return Ok(done);
         };
         dx.fill(0.0);
-        done = match multigrid.direction(system, dx) {
-            Ok(found) => found.after(done),
-            // A near kernel that is none: not what this problem's steps need to know.
+        match multigrid.direction(system, dx) {
+            Ok(found) => {
+                if found.outcome == DescentOutcome::Indefinite {
+                    self.on_multigrid = false;
+                    self.spare = WORTH * FIRST_HIERARCHY;
+                }
+                Ok(found.after(done))
+            }
+            // A near kernel that is none, or a coarse matrix that cannot be factored.
             Err(NewtonFailure::Preconditioner(
                 PreconditionerError::NearKernel(_) | PreconditionerError::Coarse(_),
-            )) => return Ok(done),
-            Err(error) => return Err(error),
-        };
-        if done.outcome != DescentOutcome::Indefinite {
-            return Ok(done);
+            )) => {
+                self.multigrid = None;
+                self.on_multigrid = false;
+                Ok(self.with_incomplete_factor(system, dx)?.after(done))
+            }
+            Err(error) => Err(error),
         }
-        // Perhaps a hierarchy in `f32` could not be made of it, and it is definite.
-        self.on_multigrid = false;
-        self.spare = WORTH * FIRST_HIERARCHY;
-        Ok(self.with_incomplete_factor(system, dx)?.after(done))
     }
 }
