@@ -1,5 +1,6 @@
 //! No test believes a solve: what is `Ok` there was summed again by `promise.rs` of the crates, or by
-//! `fit_promise.rs` for least squares, which stand for what solves. Tests reach that by a name alone, so names are what this reads.
+//! `fit_promise.rs` for least squares, which stand for what solves. Tests reach that by a name alone, so
+//! names are what this reads.
 #![allow(missing_docs)]
 
 use std::fs;

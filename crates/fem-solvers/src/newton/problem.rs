@@ -113,7 +113,8 @@ pub trait NonlinearProblem<const D: usize> {
 
     /// Vectors that the Hessian at `x` takes to nearly zero where nothing holds, for
     /// [`MultigridDirection`](super::MultigridDirection) and
-    /// [`LinearSolver::Auto`](super::LinearSolver::Auto): the translations and rotations of what `x` places. Left out, a constant for each of the `D` components.
+    /// [`LinearSolver::Auto`](super::LinearSolver::Auto): the translations and rotations of what `x`
+    /// places. Left out, a constant for each of the `D` components.
     fn near_kernel(&self, _x: &[f64]) -> NearKernel {
         NearKernel::constants::<D>(self.blocks())
     }
