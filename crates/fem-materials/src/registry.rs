@@ -87,7 +87,7 @@ pub struct Entry<M> {
 /// The pairs of elastic constants that a model with [`Entry::elastic`] takes.
 ///
 /// Where the model's own parameters have these names, they are the model's own. A model in the
-/// plane is the plane-strain slice of a solid with these constants ([`Space::Solid`]).
+/// plane is the plane-strain slice of a solid with these constants ([`Space::Solid`](crate::Space::Solid)).
 pub const ELASTIC_PAIRS: [[Parameter; 2]; 3] = [
     [
         Parameter::pascals("young", "3e4", "Young's modulus"),
