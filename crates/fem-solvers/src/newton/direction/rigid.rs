@@ -1,4 +1,4 @@
-//! Multigrid for solids, whose near kernel are the motions that strain nothing, behind a `dyn`.
+//! Multigrid for the near kernel of what moves in space, its translations and rotations, behind a `dyn`.
 
 use super::{DescentDirection, MultigridDirection};
 use crate::multigrid::MultigridParams;

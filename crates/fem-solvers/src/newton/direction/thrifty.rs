@@ -12,15 +12,15 @@ use crate::preconditioner::{BlockIc0, PreconditionerError};
 const BYTES_WITH_IC0: f64 = 2.0;
 /// Iterations with an incomplete factor that move as many bytes as one on a hierarchy.
 const WORTH: f64 = BYTES_PER_ITERATION / BYTES_WITH_IC0;
-/// Iterations on a hierarchy for each decimal digit of the residual: 5 on a twisted bar, 10 on a bent one.
+/// Iterations on a hierarchy for each decimal digit of the residual: 5 to 10 were measured (docs/solvers.md).
 const PER_DIGIT: f64 = 8.0;
 /// What a first hierarchy costs beside its values, in iterations on it: aggregates and patterns.
 const FIRST_HIERARCHY: f64 = 25.0;
 
 /// With an incomplete factor, until the steps have moved so many bytes more than steps of multigrid would
-/// have that a first hierarchy would have been paid for; from then on by multigrid, where the near kernel is
-/// a body's, until it meets a matrix that is indefinite or of which `f32` makes no hierarchy. Then the count
-/// begins again: flesh on its way back from a wild start is no place for hierarchies.
+/// have that a first hierarchy would have been paid for; from then on by multigrid, where there is one for the
+/// near kernel, until it meets a matrix that is indefinite or of which `f32` makes no hierarchy. Then the
+/// count begins again: the way back from a wild start is no place for hierarchies.
 pub(super) struct Thrifty<const D: usize> {
     incomplete: PcgDirection<BlockIc0<D>>,
     /// Iterations that move as many bytes as a factorization takes flops over four.
